@@ -3,6 +3,7 @@
 
 import importlib.util
 import re
+import sys
 
 import numpy as np
 import rosgraph
@@ -43,7 +44,7 @@ OFFICIAL = """<launch>
 </launch>"""
 
 
-class LaunchesTest(NodeTest):
+class Launches(NodeTest):
     def setUp(self):
         super().setUp()
         for name in {"driver_node", "serial_com_node", "odom_node", "serial"} & set(rospy.get_param("/")):
@@ -78,6 +79,8 @@ class LaunchesTest(NodeTest):
             self.listen(topic, TFMessage, on_tf)
         return parents
 
+
+class LaunchesTest(Launches):
     def test_a_robot_in_a_namespace_does_not_affect_another_one(self):
         """One in one process; one in three, with four uneven wheels, on a bad line.
 
@@ -107,17 +110,6 @@ class LaunchesTest(NodeTest):
                                    "odom_node: wheel feedback": name, "serial_com_node: link": board.link}.items():
                 self.values(f"{name}/{task}")
                 self.assertEqual(self.status[f"{name}/{task}"].hardware_id, hardware)
-
-    def test_odometry_from_commands_launch(self):
-        odom, _, command = self.topics()
-        self.processes.launch("odometry_from_commands.launch")
-        wait_for(lambda: odom, "odometry", START)
-        start = rospy.get_time()
-        self.drive(command, odom, (0.2, 0.1, 0), lambda x, y: x > 0.2)
-        elapsed, place = rospy.get_time() - start, odom[-1].pose.pose.position
-        self.assertAlmostEqual(place.y, place.x / 2, delta=1e-3)
-        self.assertLessEqual(place.x, 0.2 * elapsed + 0.01)
-        self.assertAlmostEqual(odom[-1].twist.twist.linear.x, 0.2, delta=1e-4)
 
     def test_the_official_stack_as_robotont_support_starts_it(self):
         port = BoardPort(str(self.processes.folder / "board"), lambda now: Robotont2Board(Motors(), start=now))
@@ -153,6 +145,21 @@ class LaunchesTest(NodeTest):
         self.assertLessEqual({"robotont/odom", "robotont/base_footprint", "robotont/base_link"}, values)
         self.assertTrue(any("robotont/rim_back_joint" in value for value in values))
 
+
+class NightlyLaunchesTest(Launches):
+    """Once a day."""
+
+    def test_odometry_from_commands_launch(self):
+        odom, _, command = self.topics()
+        self.processes.launch("odometry_from_commands.launch")
+        wait_for(lambda: odom, "odometry", START)
+        start = rospy.get_time()
+        self.drive(command, odom, (0.2, 0.1, 0), lambda x, y: x > 0.2)
+        elapsed, place = rospy.get_time() - start, odom[-1].pose.pose.position
+        self.assertAlmostEqual(place.y, place.x / 2, delta=1e-3)
+        self.assertLessEqual(place.x, 0.2 * elapsed + 0.01)
+        self.assertAlmostEqual(odom[-1].twist.twist.linear.x, 0.2, delta=1e-4)
+
     def test_the_official_fake_driver(self):
         odom, _, command = self.topics()
         package = places.package("robotont_driver")
@@ -165,5 +172,6 @@ class LaunchesTest(NodeTest):
         rospy.ServiceProxy("/odom_reset", Empty)()
         wait_for(lambda: odom[-1].pose.pose.position.x < 0.2, "the origin")
 
+
 if __name__ == "__main__":
-    rostest.rosrun("robotont_bringup", "launches_test", LaunchesTest)
+    rostest.rosrun("robotont_bringup", "launches_test", NightlyLaunchesTest if "nightly" in sys.argv else LaunchesTest)

@@ -2,7 +2,6 @@
 """RViz on a virtual screen, a robot on a stand-in board, and checks of the picture."""
 
 import math
-import sys
 import tempfile
 import xmlrpc.client
 from pathlib import Path
@@ -31,7 +30,7 @@ PIXELS = 0.010    # [m] 3 pixels
 HARMLESS = ("media_export", "librospack", "glsl120/indexed_8bit_image", "terminated before handshake header")
 
 
-class Rviz(NodeTest):
+class RvizTest(NodeTest):
     """Each test starts RViz as a person does, with a launch file."""
 
     def setUp(self):
@@ -87,8 +86,6 @@ class Rviz(NodeTest):
         self.assertEqual([line for line in self.log.read_text().splitlines() if not _is_harmless(line)
                           and any(word in line.lower() for word in ("warn", "error", "tf_"))], [])
 
-
-class RvizTest(Rviz):
     def test_the_drive_of_figures_11_and_12(self):
         robot = self.start_robot()
         config, view = seen_from_above("odometry.rviz", self.stage.folder)
@@ -114,8 +111,6 @@ class RvizTest(Rviz):
         self.see_content(5)
         self.check_logs()
 
-
-class NightlyRvizTest(Rviz):
     def test_the_model_alone_and_the_end_of_all_when_rviz_is_closed(self):
         launch = self.stage.show("display.launch", log=self.log)
         self.see_content(2)
@@ -188,4 +183,4 @@ class NavigationStandIn:
 
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_bringup", "rviz", NightlyRvizTest if "nightly" in sys.argv else RvizTest)
+    rostest.rosrun("robotont_bringup", "rviz", RvizTest)

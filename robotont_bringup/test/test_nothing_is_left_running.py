@@ -23,7 +23,8 @@ COMMANDS = {  # arguments, and programs that run when the command is in the midd
     "bench": (["driver"], {"rosmaster", "serial_com_node", "odom_node"}),
     "sim": (["port:={folder}/board", "web_port:={port}"], {"rosmaster", "odom_node", "simulator_node"}),
 }
-ENDINGS = [("demo", "SIGHUP"), ("bench", "SIGINT"), ("bench", "SIGTERM"), ("sim", "SIGKILL")]  # each once
+ENDINGS = [("demo", "SIGHUP"), ("bench", "SIGINT"), ("sim", "SIGKILL"),
+           pytest.param("bench", "SIGTERM", marks=pytest.mark.nightly)]  # each once
 TERMINAL = {"PATH": "/usr/bin:/bin", "PYTHONUNBUFFERED": "1",  # by lines, as on a terminal
             **{name: os.environ[name] for name in ("HOME", "ROBOTONT_LIFELINE")
                                          if name in os.environ}}  # a terminal without ROS' environment

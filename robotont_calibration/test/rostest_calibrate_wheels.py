@@ -6,6 +6,7 @@ import os
 import select
 import signal
 import subprocess
+import sys
 
 import rostest
 import yaml
@@ -20,7 +21,7 @@ from robotont_testing.robots import ROBOTONT2_PARAMS, WHEEL_PARAMS
 from robotont_testing.stand_in_board import Board
 
 
-class GuideTest(NodeTest):
+class Guide(NodeTest):
     @classmethod
     def setUpClass(cls):
         """A robot that all tests share: its start is most of a test's time."""
@@ -63,6 +64,30 @@ class GuideTest(NodeTest):
         self.addCleanup(process.kill)
         return process
 
+
+class GuideTest(Guide):
+    def test_a_topic_of_the_truth_and_ctrl_c_in_a_run_and_at_a_question(self):
+        process = self.begin("--truth", "odom", "--angles", "fixed")
+        process.stdin.write(b"s\ns\n\n\n")  # a spin that is made, and one that is to be stopped
+        kept = self.processes.folder / "runs" / "runs.txt"
+        wait_for(kept.exists, "the first spin")
+        wait_for(lambda: any(self.board.speeds), "the second spin")
+        output = "".join(self.until_it_asks(process) for _ in range(4))
+        os.killpg(process.pid, signal.SIGINT)
+        wait_for(lambda: not any(self.board.speeds), "a robot that stands", timeout=2.0)
+        output += self.until_it_asks(process)
+        self.assertIn("Stopped by Ctrl-C. This run does not count", output)
+        os.killpg(process.pid, signal.SIGINT)  # no more runs
+        output += process.communicate(timeout=60)[0].decode()
+        self.assertNotIn("Traceback", output)
+        self.assertEqual(process.returncode, 4, output)  # one spin determines neither radius nor distance
+        self.assertEqual(len(kept.read_text().split()), 1)
+        self.assertFalse((self.processes.folder / "new.yaml").exists())
+
+
+class NightlyGuideTest(Guide):
+    """Once a day."""
+
     def test_a_tape_for_a_line_and_a_turn_and_a_square_left_out(self):
         """"?" measures: where the robot stands, seen from where it stood at the last Enter."""
         process = self.begin("--angles", "fixed")
@@ -88,24 +113,6 @@ class GuideTest(NodeTest):
         self.assertEqual(len((folder / "runs" / "runs.txt").read_text().split()), 2)
         self.assertFalse(any(self.board.speeds))
 
-    def test_a_topic_of_the_truth_and_ctrl_c_in_a_run_and_at_a_question(self):
-        process = self.begin("--truth", "odom", "--angles", "fixed")
-        process.stdin.write(b"s\ns\n\n\n")  # a spin that is made, and one that is to be stopped
-        kept = self.processes.folder / "runs" / "runs.txt"
-        wait_for(kept.exists, "the first spin")
-        wait_for(lambda: any(self.board.speeds), "the second spin")
-        output = "".join(self.until_it_asks(process) for _ in range(4))
-        os.killpg(process.pid, signal.SIGINT)
-        wait_for(lambda: not any(self.board.speeds), "a robot that stands", timeout=2.0)
-        output += self.until_it_asks(process)
-        self.assertIn("Stopped by Ctrl-C. This run does not count", output)
-        os.killpg(process.pid, signal.SIGINT)  # no more runs
-        output += process.communicate(timeout=60)[0].decode()
-        self.assertNotIn("Traceback", output)
-        self.assertEqual(process.returncode, 4, output)  # one spin determines neither radius nor distance
-        self.assertEqual(len(kept.read_text().split()), 1)
-        self.assertFalse((self.processes.folder / "new.yaml").exists())
-
     def test_what_cannot_begin_says_why(self):
         """Each in a process of its own, all at once."""
         elsewhere = self.begin("--packets", "/serial_read", ROS_NAMESPACE="elsewhere")
@@ -124,4 +131,4 @@ class GuideTest(NodeTest):
 
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_calibration", "calibrate_wheels", GuideTest)
+    rostest.rosrun("robotont_calibration", "calibrate_wheels", NightlyGuideTest if "nightly" in sys.argv else GuideTest)

@@ -197,6 +197,12 @@ def test_every_exercise_has_a_task_and_a_template_with_one_marked_place(name, tm
     compile(solved(name, tmp_path).read_text(), name, "exec")
 
 
+def test_a_right_program_passes(tmp_path):
+    done = exercise("distance", solved("distance", tmp_path), "--seed", "3")
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.nightly
 def test_a_class_of_a_right_program_and_a_wrong_one(tmp_path):
     solved("distance", tmp_path)
     text, said = WRONG["name_error"]

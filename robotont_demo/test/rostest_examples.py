@@ -61,7 +61,7 @@ class ExamplesTest(NodeTest):
         keeper, scans = robots.pop("keep_distance"), self.publisher("/keep_distance/scan", LaserScan)
         gap = lambda: WALL - keeper.odom[-1].pose.pose.position.x  # noqa: E731
         wait_for(lambda: scans.publish(LaserScan(range_max=4.0, ranges=[gap()])) or
-                 abs(gap() - 0.5) < 0.03 and keeper.stands(), "half a metre to the wall", period=0.1)
+                 (abs(gap() - 0.5) < 0.03 and keeper.stands()), "half a metre to the wall", period=0.1)
         keeper.program.send_signal(signal.SIGINT)
         wait_for(lambda: keeper.program.poll() is not None, "the end of it")
         self.check(robots["square"].poses(), [(0.5, 0.0), (0.5, 0.5), (0.0, 0.5)], 0.15, 0.2)

@@ -16,7 +16,7 @@ from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest
 from robotont_testing.robots import SHIPPED
 
-PACKETS = 800
+PACKETS = 400
 SETTLED = 500  # packets, 10 s
 HELD = {"single": 0}  # by robot: packets that its board keeps for the next one; no delivered board keeps any
 MEDIAN, MOST = 1.0, 3.0  # [ms] 50 and 99 of 100

@@ -62,7 +62,7 @@ def test_the_normalised_errors_of_the_end_pose_and_of_the_twist_lie_within_their
 
 
 @pytest.mark.parametrize("runs", [20, pytest.param(500, marks=pytest.mark.long)])
-@pytest.mark.parametrize("number", [3, pytest.param(4, marks=pytest.mark.long), pytest.param(6, marks=pytest.mark.long)])
+@pytest.mark.parametrize("number", [3, *(pytest.param(number, marks=pytest.mark.long) for number in (4, 6))])
 def test_a_minute_by_hand_ends_within_the_covariance(number, runs):
     """Of the generator from physics: the heading is uncertain by 8 degrees then, and its square counts."""
     base, rng, errors = physics.Base(number), np.random.default_rng([number, runs]), []

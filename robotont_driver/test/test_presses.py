@@ -116,12 +116,12 @@ def history(presses, robots, chance):
     return model
 
 
-FEW, MANY = [tuple(f"robot{number}" for number in range(amount)) for amount in (4, 8)]
+FEW, MANY = [tuple(f"robot{number}" for number in range(amount)) for amount in (2, 8)]
 
 
 @pytest.mark.parametrize("presses, robots, seeds", [
     ((FEW,), FEW, range(1)), pytest.param((MANY,), MANY, range(1, 26), marks=pytest.mark.long)], indirect=["presses"],
-    ids=["4 histories", "200 histories"])
+    ids=["2 histories", "200 histories"])
 def test_histories_of_buttons_on_a_network_that_is_cut_and_slow(presses, robots, seeds):
     """Whose newest word is a press presses, when all has come; seeds are printed."""
     buttons = [(robot, f"{robot}_{side}") for robot in robots for side in "ab"]

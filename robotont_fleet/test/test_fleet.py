@@ -154,7 +154,8 @@ def press_without_network(rig, chance):
 
 
 @pytest.mark.parametrize("press", [
-    press_during_a_cut, press_before_the_page_dies, press_while_the_router_starts_again,
+    press_during_a_cut, press_before_the_page_dies,
+    pytest.param(press_while_the_router_starts_again, marks=pytest.mark.nightly),
     pytest.param(press_while_a_robot_starts_again, marks=pytest.mark.nightly),
     pytest.param(press_without_network, marks=pytest.mark.nightly)])
 def test_every_robot_stands_as_soon_as_it_can_be_reached(rig, press):
@@ -261,6 +262,7 @@ def test_two_robots_of_one_name_are_told_and_get_no_goals_but_stops(rig, adapter
     assert "goal 7.5 0" not in rig.robots["r1"].goals() + rig.robots["r2"].goals()
 
 
+@pytest.mark.nightly
 def test_a_page_that_starts_after_the_fleet_node_has_its_button(rig):
     master = xmlrpc.client.ServerProxy(rig.robots["r1"].environment["ROS_MASTER_URI"])
     assert rig.seen("r1").get("page", "") == ""
@@ -268,6 +270,7 @@ def test_a_page_that_starts_after_the_fleet_node_has_its_button(rig):
     wait_for(lambda: rig.seen("r1").get("page", "").endswith(":8123/"), "the page's address", 30.0, period=0.3)
 
 
+@pytest.mark.nightly
 def test_a_fleet_node_without_a_driver_says_so_on_the_page(rig):
     lost = rig.start(places.program("robotont_fleet", "fleet_node"), "_robot_name:=r9",
                      f"_router:=tcp/127.0.0.1:{rig.router_port}", ROS_NAMESPACE="elsewhere",

@@ -5,6 +5,7 @@ import itertools
 import os
 import re
 import signal
+import sys
 from pathlib import Path
 from unittest import mock
 
@@ -28,7 +29,7 @@ DOUBLE = Path(__file__).resolve().parent / "move_base_double.py"
 SHARED = "/shared"  # namespace of the one stand-in that drives on until its goal is cancelled
 
 
-class GotoTest(NodeTest):
+class Goto(NodeTest):
     """Tests that end their server have a namespace of their own, so that nothing of it is left to others."""
 
     numbers = itertools.count()
@@ -73,9 +74,17 @@ class GotoTest(NodeTest):
         self.assertNotIn("Traceback", text)
         return process.returncode, text.splitlines()
 
+    def start_in_root(self):
+        self.server_in_root = self.start_server("", repeat=True)
+        goto = GoTo("map", lambda _line: None)
+        self.assertTrue(goto.wait_for_server(20.0))
+        return goto
+
     def moving(self):
         return any(message.linear.x for message in self.commands)
 
+
+class GotoTest(Goto):
     def test_reached(self):
         self.use("/late")
         goals = self.listen("/late/move_base/goal", MoveBaseActionGoal)
@@ -110,6 +119,61 @@ class GotoTest(NodeTest):
         self.start_goto("1.5", "1", "0")
         wait_for(self.moving, "motion")
 
+    def test_a_goal_that_waits_is_not_sent_again_once_somebody_has_pressed_the_emergency_stop(self):
+        self.start_server("/pressed", barred=1000)
+        goals = self.listen("/pressed/move_base/goal", MoveBaseActionGoal)
+        goto = self.start_goto("2", "2", "0")
+        wait_for(lambda: len(goals) > 1, "a goal that waits")
+        button = rospy.Publisher("/pressed/emergency_stop/pressed_by", String, queue_size=1, latch=True)
+        button.publish("/page")
+        status, lines = self.end(goto)
+        self.assertEqual(status, 1, lines)
+        sent = len(goals)
+        button.publish("")
+        self.assertEqual(len(goals), sent)
+
+    def test_what_holds_the_robot_ends_the_goal(self):
+        self.start_server("/held", repeat=True)
+        goto = self.start_goto("5", "0", "0")
+        wait_for(self.moving, "motion")
+        held = rospy.Publisher("/held/navigation/held", String, queue_size=1, latch=True)
+        held.publish("something holds the robot")
+        wait_for(held.get_num_connections, "goto")
+        cancel = self.publisher("/held/move_base/cancel", GoalID)
+        wait_for(lambda: cancel.publish(GoalID()) or goto.poll() is not None, "the end of it", period=0.5)
+        self.assertEqual((goto.returncode, self.end(goto)[1][-1]),
+                         (1, "something holds the robot; the goal is cancelled"))
+
+    def test_a_cancellation_that_overtakes_its_goal_ends_the_goal_before_it_too(self):
+        goto, statuses = self.start_in_root(), self.listen("/move_base/status", GoalStatusArray)
+        goto.send(Goal(2.0, 2.0, 0.0))
+        wait_for(self.moving, "motion")
+        on_the_way = []
+        goals = goto._client.manager
+        with mock.patch.object(goals, "send_goal_fn", on_the_way.append):
+            goto.send(Goal(3.0, 3.0, 0.0))
+            goto.leave(cancel=True)
+        recalled = wait_for(lambda: [status for status in statuses[-1].status_list
+                                     if status.status == GoalStatus.RECALLING], "the cancellation of an unknown goal")
+        self.assertEqual(recalled[0].goal_id.id, on_the_way[0].goal_id.id)
+        goals.send_goal_fn(on_the_way[0])
+        wait_for(lambda: not any(status.status in GOING_ON for status in statuses[-1].status_list),
+                 "the end of both goals")
+
+    def test_the_emergency_stop_that_cancels_a_goal_is_named(self):
+        goto = self.start_in_root()
+        pursuit = goto.send(Goal(2.0, 2.0, 0.0))
+        wait_for(self.moving, "motion")
+        rospy.Publisher("/emergency_stop/pressed_by", String, queue_size=1, latch=True).publish("/page")
+        wait_for(lambda: goto._stopped_by, "goto to hear of it")
+        goto._client.cancel_all_goals()  # as cmd_vel_mux does
+        self.assertEqual(goto.follow(pursuit, 20.0), (
+            4, "cancelled by the emergency stop, pressed by /page: release it, then send the goal again"))
+
+
+class NightlyGotoTest(Goto):
+    """Once a day."""
+
     def test_what_may_be_wrong_with_the_pose_is_said_when_move_base_gives_up(self):
         self.use("/doubtful")
         doubt = rospy.Publisher("/doubtful/localization/doubt", String, queue_size=1, latch=True)
@@ -140,31 +204,6 @@ class GotoTest(NodeTest):
         status, lines = self.end(self.start_goto("2", "2", "0", "--patience", "2"))
         self.assertEqual(status, 1, lines)
         self.assertIn("move_base gave up (ABORTED): Failed to find a valid plan", lines[-1])
-
-    def test_a_goal_that_waits_is_not_sent_again_once_somebody_has_pressed_the_emergency_stop(self):
-        self.start_server("/pressed", barred=1000)
-        goals = self.listen("/pressed/move_base/goal", MoveBaseActionGoal)
-        goto = self.start_goto("2", "2", "0")
-        wait_for(lambda: len(goals) > 1, "a goal that waits")
-        button = rospy.Publisher("/pressed/emergency_stop/pressed_by", String, queue_size=1, latch=True)
-        button.publish("/page")
-        status, lines = self.end(goto)
-        self.assertEqual(status, 1, lines)
-        sent = len(goals)
-        button.publish("")
-        self.assertEqual(len(goals), sent)
-
-    def test_what_holds_the_robot_ends_the_goal(self):
-        self.start_server("/held", repeat=True)
-        goto = self.start_goto("5", "0", "0")
-        wait_for(self.moving, "motion")
-        held = rospy.Publisher("/held/navigation/held", String, queue_size=1, latch=True)
-        held.publish("something holds the robot")
-        wait_for(held.get_num_connections, "goto")
-        cancel = self.publisher("/held/move_base/cancel", GoalID)
-        wait_for(lambda: cancel.publish(GoalID()) or goto.poll() is not None, "the end of it", period=0.5)
-        self.assertEqual((goto.returncode, self.end(goto)[1][-1]),
-                         (1, "something holds the robot; the goal is cancelled"))
 
     def test_no_server(self):
         self.use("/nowhere")
@@ -229,38 +268,6 @@ class GotoTest(NodeTest):
         self.assertEqual(status, 5, lines)
         self.assertRegex(lines[-1], r"^not there after 1 s; cancelled, but .* not confirmed it within \d+ s")
 
-    def start_in_root(self):
-        self.server_in_root = self.start_server("", repeat=True)
-        goto = GoTo("map", lambda _line: None)
-        self.assertTrue(goto.wait_for_server(20.0))
-        return goto
-
-    def test_a_cancellation_that_overtakes_its_goal_ends_the_goal_before_it_too(self):
-        goto, statuses = self.start_in_root(), self.listen("/move_base/status", GoalStatusArray)
-        goto.send(Goal(2.0, 2.0, 0.0))
-        wait_for(self.moving, "motion")
-        on_the_way = []
-        goals = goto._client.manager
-        with mock.patch.object(goals, "send_goal_fn", on_the_way.append):
-            goto.send(Goal(3.0, 3.0, 0.0))
-            goto.leave(cancel=True)
-        recalled = wait_for(lambda: [status for status in statuses[-1].status_list
-                                     if status.status == GoalStatus.RECALLING], "the cancellation of an unknown goal")
-        self.assertEqual(recalled[0].goal_id.id, on_the_way[0].goal_id.id)
-        goals.send_goal_fn(on_the_way[0])
-        wait_for(lambda: not any(status.status in GOING_ON for status in statuses[-1].status_list),
-                 "the end of both goals")
-
-    def test_the_emergency_stop_that_cancels_a_goal_is_named(self):
-        goto = self.start_in_root()
-        pursuit = goto.send(Goal(2.0, 2.0, 0.0))
-        wait_for(self.moving, "motion")
-        rospy.Publisher("/emergency_stop/pressed_by", String, queue_size=1, latch=True).publish("/page")
-        wait_for(lambda: goto._stopped_by, "goto to hear of it")
-        goto._client.cancel_all_goals()  # as cmd_vel_mux does
-        self.assertEqual(goto.follow(pursuit, 20.0), (
-            4, "cancelled by the emergency stop, pressed by /page: release it, then send the goal again"))
-
     def test_another_goal_takes_its_place(self):
         first = self.start_goto("2", "2", "0")
         wait_for(self.moving, "motion")
@@ -272,4 +279,4 @@ class GotoTest(NodeTest):
 
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_map_navigation", "goto", GotoTest)
+    rostest.rosrun("robotont_map_navigation", "goto", NightlyGotoTest if "nightly" in sys.argv else GotoTest)

@@ -134,8 +134,7 @@ def come(robot, condition, what):
         raise AssertionError(f"{error}\n{robot.journal()}") from None
 
 
-@pytest.mark.timed
-@pytest.mark.alone
+@pytest.mark.nightly
 def test_boot_without_network_to_the_first_odometry(robot):
     odom, booted = robot.shared / "odom", robot.shared / "booted"
     come(robot, lambda: odom.exists() and odom.read_text(), "odometry")
@@ -148,7 +147,6 @@ def test_boot_without_network_to_the_first_odometry(robot):
     assert seconds <= 10.0, robot.journal()
 
 
-@pytest.mark.timed
 @pytest.mark.parametrize("victim, number", [(MASTER, signal.SIGTERM), (r"roslaunch\0.*robot\.launch", signal.SIGKILL)])
 def test_a_service_that_is_killed_comes_back_with_those_that_need_it(robot, victim, number):
     """Odometry, and a black box that records it, as the master of now knows them."""
@@ -156,6 +154,7 @@ def test_a_service_that_is_killed_comes_back_with_those_that_need_it(robot, vict
     come(robot, lambda: robot.recorded_odometry(0.0), "a black box with odometry")
     before = {words: robot.process(words) for words in (MASTER, DRIVER, RECORDER)}
     assert all(before.values()), before
+    assert os.stat(f"/proc/{before[DRIVER]}").st_uid != 0
     os.kill(robot.process(victim), number)
     for words in lost:
         come(robot, lambda words=words: robot.process(words) not in {None, before[words]}, f"a new {words}")
@@ -164,7 +163,6 @@ def test_a_service_that_is_killed_comes_back_with_those_that_need_it(robot, vict
     assert {words for words in before if robot.process(words) != before[words]} == set(lost)
 
 
-@pytest.mark.timed
 def test_page_and_fleet_start_beside_the_driver(robot):
     """As far as their services' rights let them; the page asks for the token whose file the journal names."""
     come(robot, lambda: robot.process(DRIVER), "the driver")

@@ -80,7 +80,8 @@ def latched(stage):
     return connections(stage)
 
 
-@pytest.mark.parametrize("stage, outage, how", [(BARE, 1.2, signal.SIGKILL), (MUX, 2.0, signal.SIGSTOP), *(
+@pytest.mark.parametrize("stage, outage, how", [
+    pytest.param(BARE, 1.2, signal.SIGKILL, marks=pytest.mark.nightly), (MUX, 2.0, signal.SIGSTOP), *(
     pytest.param(stage, outage, how, marks=pytest.mark.long) for stage in (MUX, BARE)
     for outage, how in ((3.0, signal.SIGINT), (10.0, signal.SIGKILL)))], indirect=["stage"])
 def test_what_waited_for_the_network_does_not_drive(stage, outage, how):
@@ -112,6 +113,7 @@ def test_a_latched_command_drives_neither_after_an_outage_nor_a_node_that_was_ki
     others_drive(stage)
 
 
+@pytest.mark.nightly
 @with_mux
 def test_a_latched_command_of_a_publisher_that_hung_does_not_drive(stage, latched):
     stage.hang(LATCHED)
@@ -162,8 +164,9 @@ def test_an_emergency_stop_pressed_during_an_outage_is_not_lost(stage):
     stage.release()
 
 
-@pytest.mark.parametrize("stage", [BARE, *(pytest.param(far, marks=pytest.mark.long) for far in (MUX_FAR, BARE_FAR))],
-                         indirect=True)
+@pytest.mark.parametrize("stage", [
+    pytest.param(BARE, marks=pytest.mark.nightly),  # test_hung_peers has it with the mux
+    *(pytest.param(far, marks=pytest.mark.long) for far in (MUX_FAR, BARE_FAR))], indirect=True)
 def test_a_press_stops_at_once_while_the_master_hangs_or_is_out_of_reach(stage):
     stage.command(0, "drive", "robot")
     stage.drives(0)

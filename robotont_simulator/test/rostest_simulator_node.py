@@ -22,6 +22,8 @@ from robotont_testing.harness import START, suspended, wait_for
 from robotont_testing.node_test import WARN
 from robotont_testing.robots import WHEEL_PARAMS
 
+MAZE = "world:=maze", "world_map:=true", "description:=false"
+
 
 def place_of(transform):
     """(x, y, yaw) of a geometry_msgs/Transform."""
@@ -33,19 +35,10 @@ class SimulatorNodeTest(SimulationTest):
         super().setUp()
         rosparam.upload_params("/", yaml.safe_load(WHEEL_PARAMS.read_text()))
 
-    def test_with_a_room_the_laser_sees_its_walls(self):
-        self.start("world:=room")
-        wait_for(lambda: len(self.scan) > 3, "scans")
-        scan = self.scan[-1]
-        self.assertEqual(scan.header.frame_id, "laser")
-        self.assertEqual(len(scan.ranges), 128)
-        self.assertAlmostEqual(scan.ranges[64], 2.95, delta=0.02)
-        self.assertAlmostEqual(scan.angle_max, 1.03 / 2, delta=1e-3)
-        self.assertAlmostEqual(scan.scan_time, 0.1, delta=1e-6)  # at the scan_rate of config/simulator.yaml
-
-    def test_the_worlds_own_map_and_the_start_on_it(self):
+    def test_a_maze_has_its_map_and_the_start_on_it_and_the_laser_sees_its_walls(self):
+        """By its name the first one: the robot stands at the start."""
         maps, transforms = self.listen("map", OccupancyGrid), self.listen("tf_static", TFMessage)
-        self.start("world:=maze", "world_map:=true")
+        self.start(*MAZE)
         wait_for(lambda: maps and transforms, "the map, and where odom starts on it")
         with Image.open(str(places.config("maps/maze.pgm"))) as picture:
             drawn = np.array(picture)[::-1]
@@ -58,10 +51,17 @@ class SimulatorNodeTest(SimulationTest):
         start = next(one for message in transforms for one in message.transforms if one.child_frame_id == "odom")
         self.assertEqual((start.header.frame_id, start.transform.translation.x), ("map", 0.5))
         self.assertAlmostEqual(start.transform.rotation.z, 0.5 ** 0.5, delta=1e-6)
+        wait_for(lambda: len(self.scan) > 3, "scans")
+        scan = self.scan[-1]
+        self.assertEqual(scan.header.frame_id, "laser")
+        self.assertEqual(len(scan.ranges), 128)
+        self.assertAlmostEqual(scan.ranges[64], 5.45, delta=0.02)
+        self.assertAlmostEqual(scan.angle_max, 1.03 / 2, delta=1e-3)
+        self.assertAlmostEqual(scan.scan_time, 0.1, delta=1e-6)  # at the scan_rate of config/simulator.yaml
 
     def test_a_reset_of_the_odometry_moves_nothing_on_the_map(self):
         transforms = self.listen("tf_static", TFMessage)
-        self.start("world:=maze", "world_map:=true")
+        self.start(*MAZE)
 
         def starts():
             return [place_of(one.transform) for message in transforms for one in message.transforms
@@ -81,7 +81,7 @@ class SimulatorNodeTest(SimulationTest):
             wait_for(lambda: off_the_truth() < 0.03, "the place on the map")
 
     def test_a_simulator_that_was_stopped_reports_the_time_that_it_skipped(self):
-        self.start("world:=room")
+        self.start(*MAZE)
         with suspended(self.processes.pid("/simulator_node")):
             end = time.monotonic() + 2 * LONGEST_STALL
             wait_for(lambda: time.monotonic() > end, "a stall")

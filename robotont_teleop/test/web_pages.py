@@ -154,7 +154,7 @@ class PagesTest(BrowserTest):
             rospy.Subscriber(topic, Twist, lambda message, heard=heard: heard.append(
                 (time.time(), values_of(message))), tcp_nodelay=True)
         cls.robot = Processes()
-        cls.robot.launch("simulation.launch", f"port:={cls.robot.folder / 'robotont'}")
+        cls.robot.launch("simulation.launch", f"port:={cls.robot.folder / 'robotont'}", "description:=false")
         wait_for(lambda: cls.truth, "the simulator", timeout=60)
         cls.release_emergency_stop = staticmethod(rospy.ServiceProxy("emergency_stop/release", Trigger))
         cls.start_server(cls.robot)

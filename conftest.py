@@ -25,13 +25,13 @@ ROBOTONT_MSGS = Path(os.environ.get("ROBOTONT_MSGS",
                                     str(Path(__file__).parent / ".build/robotont_msgs/lib/python3/dist-packages")))
 
 # The longest files of each step of ./robotont test begin first: else one is left when all others are done.
-LONG = ("goto", "rviz", "status", "web_teleop_stop", "calibrate_wheels", "web_teleop_node",
-        "recorder_node", "simulator_node", "launches", "stack", "official_boards", "serial_com_node", "driver_node",
-        "test_robotont_script", "test_nothing_is_left_running", "test_web_page",
-        "test_fleet_access", "test_web_page_looks", "test_firmware_suites", "test_end_with_a_hung_master",
-        "test_camera", "test_sim_faults", "test_calibrate_wheels", "test_gyro", "test_wheel_estimation",
-        "test_old_commands", "test_boot", "test_network", "timed_simulator_drive",
-        "timed_odom_node", "timed_keyboard_teleop", "timed_cmd_vel_mux", "timed_odom_node_set_clock")
+LONG = ("navigation_monitor", "web_teleop_stop", "status", "web_teleop_node", "goto", "simulator_node", "launches",
+        "calibrate_wheels", "robotont_node", "stack", "simulator_drive", "official_boards", "serial_com_node",
+        "test_web_page_looks", "test_nothing_is_left_running", "test_web_page", "test_robotont_script", "test_boot",
+        "test_exercise", "test_navigation_launch", "test_fleet_access", "test_firmware_suites", "test_two_launches",
+        "test_hands_through_the_mux", "test_gyro", "test_sim_driving", "test_firmware_bounds", "test_sim_faults",
+        "test_presses", "test_old_commands", "test_fleet", "timed_keyboard_teleop", "timed_examples",
+        "timed_web_teleop", "test_network", "timed_cmd_vel_mux", "timed_odom_node")
 
 
 class WithoutTf2:

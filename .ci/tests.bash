@@ -1,16 +1,17 @@
 # The tests of ./robotont test, which sources this: their order, mutants, Python 3.8, fresh systems.
 # shellcheck shell=bash disable=SC2164 # robotont has set -e
 
-# With arguments what they name; else all, in three steps: rostests, three at a time, beside three of those that start
-# processes; those that measure time, three at a time; those that need the machine to themselves. What only computes
-# fills, at the lowest priority, the time in which those of the first two steps wait. Each pytest gets the files that hold
-# its tests, for to collect them all takes 3 s of processor time in each of its processes; a file stays in one process,
-# the longest first (conftest.py).
+# With arguments what they name; else lint and all tests, in three steps: rostests, three at a time, beside lint and three
+# of those that start processes; those that measure time, three at a time; those that need the machine to themselves. What
+# only computes fills, at the lowest priority, the time in which those of the first two steps wait. Each pytest gets the
+# files that hold its tests, for to collect them all takes 3 s of processor time in each of its processes; a file stays in
+# one process, the longest first (conftest.py).
 run_tests() {
     export PATH=$PATH:$WORK/tools/bin
     local pytest=("$WORK/tools/bin/python" -m pytest) by_file=(--dist loadfile --no-loadscope-reorder) status=0
     local usual="not long and not nightly and not faults"
-    local starts="harness|subprocess|threading|pty\.|BoardPort|stand_in_board|RobotAtAPort" computing starting timed rostests units
+    local starts="harness|subprocess|threading|pty\.|BoardPort|stand_in_board|RobotAtAPort"
+    local computing starting timed rostests units style
     cd "$ROOT"
     export OPENBLAS_NUM_THREADS=1  # threads that numpy starts for nothing, in each of some hundred processes
     unset PYTHONDONTWRITEBYTECODE  # some hundred processes would compile the same modules
@@ -21,7 +22,8 @@ run_tests() {
         "${pytest[@]}" "$@"
         return
     fi
-    lint
+    lint >"$WORK/lint.log" 2>&1 &
+    style=$!
     mapfile -t computing < <(grep -LE "$starts" robotont_*/test/test_*.py)
     mapfile -t starting < <(grep -lE "$starts" robotont_*/test/test_*.py)
     mapfile -t timed < <(grep -l "pytest\.mark\.timed" robotont_*/test/test_*.py)
@@ -33,6 +35,8 @@ run_tests() {
     "${pytest[@]}" -m "not timed and $usual" -n 3 "${by_file[@]}" "${starting[@]}" || status=$?
     wait "$rostests" || status=$?
     cat "$WORK/rostests.log"
+    wait "$style" || status=$?
+    cat "$WORK/lint.log"
     "${pytest[@]}" -m "timed and not alone and $usual" -n 3 "${by_file[@]}" "${timed[@]}" || status=$?
     wait "$units" || status=$?
     cat "$WORK/computing.log"

@@ -111,6 +111,21 @@ class LaunchesTest(Launches):
                 self.values(f"{name}/{task}")
                 self.assertEqual(self.status[f"{name}/{task}"].hardware_id, hardware)
 
+
+class NightlyLaunchesTest(Launches):
+    """Once a day."""
+
+    def test_odometry_from_commands_launch(self):
+        odom, _, command = self.topics()
+        self.processes.launch("odometry_from_commands.launch")
+        wait_for(lambda: odom, "odometry", START)
+        start = rospy.get_time()
+        self.drive(command, odom, (0.2, 0.1, 0), lambda x, y: x > 0.2)
+        elapsed, place = rospy.get_time() - start, odom[-1].pose.pose.position
+        self.assertAlmostEqual(place.y, place.x / 2, delta=1e-3)
+        self.assertLessEqual(place.x, 0.2 * elapsed + 0.01)
+        self.assertAlmostEqual(odom[-1].twist.twist.linear.x, 0.2, delta=1e-4)
+
     def test_the_official_stack_as_robotont_support_starts_it(self):
         port = BoardPort(str(self.processes.folder / "board"), lambda now: Robotont2Board(Motors(), start=now))
         self.addCleanup(port.unplug)
@@ -144,21 +159,6 @@ class LaunchesTest(Launches):
         values = {str(parameter.value) for parameter in config.params.values()}
         self.assertLessEqual({"robotont/odom", "robotont/base_footprint", "robotont/base_link"}, values)
         self.assertTrue(any("robotont/rim_back_joint" in value for value in values))
-
-
-class NightlyLaunchesTest(Launches):
-    """Once a day."""
-
-    def test_odometry_from_commands_launch(self):
-        odom, _, command = self.topics()
-        self.processes.launch("odometry_from_commands.launch")
-        wait_for(lambda: odom, "odometry", START)
-        start = rospy.get_time()
-        self.drive(command, odom, (0.2, 0.1, 0), lambda x, y: x > 0.2)
-        elapsed, place = rospy.get_time() - start, odom[-1].pose.pose.position
-        self.assertAlmostEqual(place.y, place.x / 2, delta=1e-3)
-        self.assertLessEqual(place.x, 0.2 * elapsed + 0.01)
-        self.assertAlmostEqual(odom[-1].twist.twist.linear.x, 0.2, delta=1e-4)
 
     def test_the_official_fake_driver(self):
         odom, _, command = self.topics()

@@ -74,6 +74,7 @@ def test_it_looks_right_and_everybody_can_use_it(served):
         check_by_axe(login)
 
 
+@pytest.mark.nightly
 def test_nothing_stands_on_anything_else_in_any_state_and_language(served):
     with Browser() as browser:
         proxy = StallingProxy(served.port)

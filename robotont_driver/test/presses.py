@@ -54,7 +54,7 @@ rospy.spin()
 class Presses(TwoMachines):
     """Robots by name, each a driver_node, on the machine with the master; buttons elsewhere."""
 
-    def __init__(self, robots=("robot",), seed=1):
+    def __init__(self, robots, seed=1):
         super().__init__(slow=True, seed=seed)
         self._buttons, self._orders, self._starts = {}, {}, 0
         self.on("robot", "rosmaster", "--core", "-p", "11311", **self._environment("robot"))
@@ -74,8 +74,7 @@ class Presses(TwoMachines):
 
     def close(self):
         """End all, at once."""
-        for button in list(self._buttons):
-            self.kill_button(button)
+        self.kill_buttons()
         self.stop(self._listener, signal.SIGKILL)
         super().close()
 
@@ -85,7 +84,7 @@ class Presses(TwoMachines):
         return [(float(at), robot, names.split(",") if names else [])
                 for at, robot, names in (line.split(" ") for line in lines)]
 
-    def pressing(self, robot="robot"):
+    def pressing(self, robot="robot0"):
         """Names of those that press now."""
         return [names for _, one, names in self.heard() if one == robot][-1]
 
@@ -94,7 +93,7 @@ class Presses(TwoMachines):
         with open(self._orders[button], "a") as file:
             file.write(words + "\n")
 
-    def start_button(self, button, robot="robot", words=""):
+    def start_button(self, button, robot="robot0", words=""):
         """Start a button, a node of that name, and maybe let it say something; at its first start or again."""
         self.kill_button(button)
         self._starts += 1
@@ -110,6 +109,11 @@ class Presses(TwoMachines):
         if button in self._buttons:
             self.stop(self._buttons.pop(button)[0], how)
 
+    def kill_buttons(self):
+        """All of them."""
+        for button in list(self._buttons):
+            self.kill_button(button)
+
     def said(self, button):
         """(time [s], word) of all that a button has done since its start: started, registered, connected, words."""
         lines = self._buttons[button][1].read_text()  # among those that rospy writes of its own
@@ -119,7 +123,7 @@ class Presses(TwoMachines):
         """[s] when a button has done that first; None: not yet."""
         return next((at for at, one in self.said(button) if one == word), None)
 
-    def wait_for_press(self, button, robot="robot", timeout=60.0):
+    def wait_for_press(self, button, robot="robot0", timeout=60.0):
         """[s] when a robot has heard the press of a button that is waited for."""
         def at():
             name = f"/{button}"

@@ -99,7 +99,8 @@ ALSO = ("axis x", "axis y", "radians as degrees", "scale 0.9", "scale 1.1", "sca
     *((fault, 1) for fault in physics.GYRO_FAULTS if fault not in ALSO),
     *(pytest.param(fault, 6, marks=pytest.mark.long) for fault in physics.GYRO_FAULTS)])
 def test_a_gyro_is_refused_by_its_reason_or_leaves_the_pose_within_its_covariance(fault, seeds):
-    runs = [Run().drive(np.random.default_rng([seed, 1]), fault=physics.GYRO_FAULTS[fault])
+    seconds = 60.0 if seeds == 1 else 90.0
+    runs = [Run().drive(np.random.default_rng([seed, 1]), seconds, fault=physics.GYRO_FAULTS[fault])
             for seed in range(100, 100 + seeds)]
     assert not any(told for run in runs for told in run.told)
     refused, nees = [run.turned_until_refused for run in runs], np.mean([run.nees for run in runs])

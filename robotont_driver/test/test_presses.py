@@ -24,22 +24,34 @@ def no_master_of_others():
         os.environ.pop(name, None)
 
 
-@pytest.fixture
+FEW, MANY = [tuple(f"robot{number}" for number in range(amount)) for amount in (2, 8)]
+few = pytest.mark.parametrize("presses", [FEW], indirect=True)
+
+
+@pytest.fixture(scope="module")
 def presses(request):
+    """Robots that these tests share, each with buttons of its own names."""
     if not shutil.which("ip"):
         pytest.skip("no ip: sudo apt-get install iproute2")
     try:
-        both = Presses(*getattr(request, "param", ()))
+        both = Presses(request.param)
     except NoNamespacesError as error:
         pytest.skip(str(error))
     with both:
         yield both
 
 
+@pytest.fixture(autouse=True)
+def without_buttons(presses):
+    yield
+    presses.kill_buttons()
+
+
 def connected(presses, button):
     wait_for(lambda: presses.when(button, "connected"), "the connection", timeout=90.0)
 
 
+@few
 @pytest.mark.parametrize("delay, loss", [(0.25, 0.0), *(pytest.param(*link, marks=pytest.mark.long) for link in (
     (0.01, 0.0), (0.5, 0.0), (1.0, 0.0), (0.01, 0.3), (0.25, 0.3)))])
 def test_a_press_from_behind_a_slow_network_is_heard(presses, delay, loss):
@@ -58,34 +70,36 @@ def test_a_press_from_behind_a_slow_network_is_heard(presses, delay, loss):
         assert after <= CONNECTED
 
 
+@few
 def test_the_late_false_of_an_old_connection_takes_back_nothing(presses):
     presses.link(*GOOD)
-    presses.start_button("button")
-    connected(presses, "button")
-    presses.order("button", "true")
-    presses.wait_for_press("button")
+    presses.start_button("third")
+    connected(presses, "third")
+    presses.order("third", "true")
+    presses.wait_for_press("third")
     presses.link(GOOD[0], 1.0)
-    presses.order("button", "false")  # waits in the old connection
+    presses.order("third", "false")  # waits in the old connection
     presses.wait(8.0)  # the outage; TCP tries again 14 s after its begin
     presses.link(*GOOD)
     presses.wait(1.5)
-    presses.order("button", "true")
+    presses.order("third", "true")
     presses.wait(8.0)  # within which TCP brings what waited
-    assert presses.pressing() == ["/button"]
+    assert "/third" in presses.pressing()
 
 
+@few
 def test_a_button_that_repeats_its_state_is_heard_at_once_behind_an_outage(presses):
     presses.link(*GOOD)
-    presses.start_button("button", words="false 5")
-    connected(presses, "button")
+    presses.start_button("fourth", words="false 5")
+    connected(presses, "fourth")
     presses.wait(1.0)
     presses.link(GOOD[0], 1.0)
     presses.wait(10.0)
     presses.link(*GOOD)
     presses.wait(1.0)
-    presses.order("button", "true 5")
+    presses.order("fourth", "true 5")
     pressed = time.monotonic()
-    assert presses.wait_for_press("button") - pressed <= 1.0
+    assert presses.wait_for_press("fourth") - pressed <= 1.0
 
 
 SETTLED = 30.0  # [s] within which a good network brings all that waited: TCP tries again after twice the time of before
@@ -116,11 +130,8 @@ def history(presses, robots, chance):
     return model
 
 
-FEW, MANY = [tuple(f"robot{number}" for number in range(amount)) for amount in (2, 8)]
-
-
 @pytest.mark.parametrize("presses, robots, seeds", [
-    ((FEW,), FEW, range(1)), pytest.param((MANY,), MANY, range(1, 26), marks=pytest.mark.long)], indirect=["presses"],
+    (FEW, FEW, range(1)), pytest.param(MANY, MANY, range(1, 26), marks=pytest.mark.long)], indirect=["presses"],
     ids=["2 histories", "200 histories"])
 def test_histories_of_buttons_on_a_network_that_is_cut_and_slow(presses, robots, seeds):
     """Whose newest word is a press presses, when all has come; seeds are printed."""

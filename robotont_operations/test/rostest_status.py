@@ -5,6 +5,7 @@ import contextlib
 import os
 import signal
 import subprocess
+import sys
 import tarfile
 
 import rosbag
@@ -18,7 +19,7 @@ from robotont_testing.node_test import OK, NodeTest
 from robotont_testing.stand_in_board import Board
 
 
-class StatusTest(NodeTest):
+class StackTest(NodeTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -42,6 +43,8 @@ class StatusTest(NodeTest):
         return subprocess.run(["/usr/bin/python3", script, *map(str, arguments)], check=False, text=True,
                               timeout=60, capture_output=True, env={**os.environ, **environment})
 
+
+class StatusTest(StackTest):
     def test_status_from_well_to_dead(self):
         done = self.run_tool("status")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -78,6 +81,10 @@ class StatusTest(NodeTest):
         self.wait_for_status("serial_com_node: link", OK)
         self.assertIn("restarts of /serial_com_node: 1", self.run_tool("status").stdout)
 
+
+class NightlyReportTest(StackTest):
+    """Once a day; what is in a report and what is not, test_report has."""
+
     def test_report(self):
         rospy.set_param("/web_teleop/token", "hunter22")
         folder = self.processes.folder / "black_box"
@@ -111,4 +118,4 @@ class StatusTest(NodeTest):
 
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_operations", "status_test", StatusTest)
+    rostest.rosrun("robotont_operations", "status_test", NightlyReportTest if "nightly" in sys.argv else StatusTest)

@@ -148,7 +148,8 @@ def test_clocks_apart(machines):
             "from robotont_operations.network import main; sys.argv = ['network']; main()")
     done = machines.run("laptop", *late, **{**MASTER, "ROS_IP": LAPTOP})
     fault = the_fault(done)
-    assert fault.startswith("clocks apart: that of 10.77.0.1 is 3.0 s ahead of this machine's")
+    ahead = re.match("clocks apart: that of 10.77.0.1 is (.*) s ahead of this machine's", fault)[1]
+    assert float(ahead) == pytest.approx(3.0, abs=0.2)  # as exact as it promises, on a machine with much to do
     assert "chrony" in fault
 
 

@@ -6,6 +6,7 @@ import math
 import re
 import signal
 import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -32,7 +33,7 @@ def rush_of_commands(page):
             time.sleep(0.01)
 
 
-class WebTeleopNodeTest(PageServerTest):
+class WebTeleopNode(PageServerTest):
     def start_move_base(self):
         goals = self.listen("move_base/goal", MoveBaseActionGoal)
         statuses = self.listen("move_base/status", GoalStatusArray)
@@ -40,6 +41,8 @@ class WebTeleopNodeTest(PageServerTest):
         wait_for(lambda: statuses, "move_base")
         return goals, lambda: [status for status in statuses[-1].status_list if status.status in GOING_ON]
 
+
+class WebTeleopNodeTest(WebTeleopNode):
     def test_a_long_press_on_the_map_sends_the_robot_there_and_stop_takes_the_goal_back(self):
         goals, active = self.start_move_base()
         self.start()
@@ -68,6 +71,23 @@ class WebTeleopNodeTest(PageServerTest):
         page.lift()
         wait_for(lambda: not active(), "the end of the goal")
         page.wait("$('cancel').hidden", "the end of the goal on the page")
+
+    def test_its_end_amid_a_rush_of_commands_is_a_zero(self):
+        """A signal meets the server at any place, in the middle of publishing a command, too."""
+        server, page = self.start(), self.page()
+        rush = threading.Thread(target=rush_of_commands, args=[page])
+        rush.start()
+        wait_for(lambda: len(self.hand) > RUSH / 8, "the commands", period=0)
+        self.assertEqual(self.processes.stop(server, signal.SIGTERM), 0, "it has not ended by itself")
+        rush.join()
+        wait_for(lambda: self.hand[-1] == STOP, "the zero")
+        self.assertNotIn("Traceback", self.log.read_text())
+        # once more, right behind its start: a signal that met a question to the master
+        self.assertEqual(self.processes.stop(self.start(), signal.SIGTERM), 0, "it has not ended by itself")
+
+
+class NightlyWebTeleopNodeTest(WebTeleopNode):
+    """Once a day."""
 
     def test_of_many_goals_the_newest_is_pursued_and_none_waits(self):
         goals, active = self.start_move_base()
@@ -127,19 +147,7 @@ class WebTeleopNodeTest(PageServerTest):
                 self.assertNotIn(token, file.read_text(errors="replace"), file)
         self.assertNotIn(token, self.log.read_text(), "a file is no terminal")
 
-    def test_its_end_amid_a_rush_of_commands_is_a_zero(self):
-        """A signal meets the server at any place, in the middle of publishing a command, too."""
-        server, page = self.start(), self.page()
-        rush = threading.Thread(target=rush_of_commands, args=[page])
-        rush.start()
-        wait_for(lambda: len(self.hand) > RUSH / 8, "the commands", period=0)
-        self.assertEqual(self.processes.stop(server, signal.SIGTERM), 0, "it has not ended by itself")
-        rush.join()
-        wait_for(lambda: self.hand[-1] == STOP, "the zero")
-        self.assertNotIn("Traceback", self.log.read_text())
-        # once more, right behind its start: a signal that met a question to the master
-        self.assertEqual(self.processes.stop(self.start(), signal.SIGTERM), 0, "it has not ended by itself")
-
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_teleop", "web_teleop_node_test", WebTeleopNodeTest)
+    rostest.rosrun("robotont_teleop", "web_teleop_node_test",
+                    NightlyWebTeleopNodeTest if "nightly" in sys.argv else WebTeleopNodeTest)

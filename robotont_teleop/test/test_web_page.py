@@ -125,8 +125,14 @@ window.pad = {index: 0, connected: true, mapping: "standard", axes: [0, 0, 0, 0]
   buttons: Array.from({length: 17}, (_, number) => ({pressed: number === 4, value: Number(number === 4)}))};
 navigator.getGamepads = () => [null, window.pad];""")
     page.run("window.dispatchEvent(new Event('gamepadconnected')) && 0")
-    page.run("(pad.axes = [0, -1, 0, 0]) && 0")
-    wait_for(lambda: drives(served), "motion")
+    def push():
+        """Again: a stick that is already held when the page first looks does not drive."""
+        page.run("(pad.axes = [0, 0, 0, 0]) && 0")
+        page.run("new Promise((done) => setTimeout(done, 200))")
+        page.run("(pad.axes = [0, -1, 0, 0]) && 0")
+        with contextlib.suppress(AssertionError):
+            return wait_for(lambda: drives(served), "motion", 1.0)
+    wait_for(push, "motion")
     page.run("(pad.axes = [0, 0, 0, 0]) && 0")
     wait_for(lambda: not drives(served), "the stop", 1.0)
     page.run("(pad.buttons[1] = {pressed: true, value: 1}) && 0")
@@ -271,7 +277,8 @@ def test_what_is_old_is_not_shown_as_if_it_were_of_now(browser, served):
     assert not page.run("new Promise((done) => setTimeout(() => done($('view').classList.contains('live')), 250))")
     proxy.flow()
     page.wait("$('speed').textContent === '0.20'", "numbers")
-    assert (page.text("#summary"), page.text("#charge")) == ("All is well (1)", "90 %")
+    page.wait("$('summary').textContent === 'All is well (1)'", "the robot's health, which comes by itself")
+    assert page.text("#charge") == "90 %"
     proxy.close()
     page.wait("$('summary').textContent === 'No connection' && !$('facts').innerText.includes('this one')",
               "a panel that knows nothing")

@@ -45,7 +45,8 @@ def tell(server, trouble):
            near=[0.1] * 9 + [None] * 6 + [1.5] * 9)
 
 
-def test_it_looks_right_and_everybody_can_use_it(served):
+@pytest.mark.parametrize("sizes", [SIZES[:4], pytest.param(SIZES[4:], marks=pytest.mark.nightly)], ids=["4", "others"])
+def test_it_looks_right_and_everybody_can_use_it(served, sizes):
     with Browser() as browser:
         page = open_page(browser, served, size=PHONE, language="de")
         assert page.run("document.documentElement.lang") == "de", "the browser's language"
@@ -58,7 +59,7 @@ def test_it_looks_right_and_everybody_can_use_it(served):
                 served.ready_page().order("take")
                 served.robot.emergency_stop.press()
                 page.wait("['take', 'stopped', 'fault'].every((id) => !$(id).hidden)", "all bars")
-            for size in SIZES:
+            for size in sizes:
                 page.look(size, dark)
                 choose_language(page, language)
                 page.wait(f"innerWidth === {size[0]} && document.documentElement.lang === {language!r}", "the screen")

@@ -120,6 +120,7 @@ def test_with_a_tape_only_what_is_asked_for_changes(runs, tmp_path):
     assert {key for key in SHIPPED if found[key] != SHIPPED[key]} == {"wheelRadius", "wheelDistanceFromCenter"}
 
 
+@pytest.mark.nightly
 def test_what_is_worse_than_the_old_file_is_not_written(runs, tmp_path, capsys):
     """Every other run is of a robot whose wheels have turned by 3 % more, or less, than by the old file."""
     for number, file in enumerate(runs[1]):

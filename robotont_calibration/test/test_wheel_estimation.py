@@ -98,7 +98,8 @@ def test_stated_uncertainties_are_the_ones_that_there_are(make, point):
 
 
 @pytest.mark.parametrize("times, seed, left", [
-    (5, 7, 0.084), *(pytest.param(80, seed, 0.02, marks=pytest.mark.long) for seed in (7, 1007, 2007))])
+    pytest.param(5, 7, 0.084, marks=pytest.mark.nightly),
+    *(pytest.param(80, seed, 0.02, marks=pytest.mark.long) for seed in (7, 1007, 2007))])
 def test_a_point_off_the_middle_and_doubled_noise(times, seed, left):
     """What is left of UMBmark's systematic error, and the point within 2 mm, by so many runs of each drive.
 

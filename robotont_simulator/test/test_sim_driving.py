@@ -117,16 +117,18 @@ def test_a_wheel_that_makes_an_edge_now_and_then_on_a_slope_is_no_fault(towards)
 
 
 @pytest.mark.parametrize("slope, towards, most", [
-    (5, 75, 10), *(pytest.param(slope, towards, most, marks=pytest.mark.long) for slope, towards, most in (
-        (3, 0, 10), (3, 75, 10), (3, 200, 10), (5, 0, 10), (5, 200, 10), (8, 0, 80), (8, 75, 80), (8, 200, 80)))])
-def test_a_robot_that_is_told_to_stand_stands_on_a_slope(slope, towards, most):
-    """For a minute [mm]; on 8 degrees it creeps."""
+    (5, 75, 10), (8, 200, 80),
+    *(pytest.param(slope, towards, most, marks=pytest.mark.long) for slope, towards, most in (
+        (3, 0, 10), (3, 75, 10), (3, 200, 10), (5, 0, 10), (5, 200, 10), (8, 0, 80), (8, 75, 80)))])
+@pytest.mark.parametrize("seconds", [15.0, pytest.param(60.0, marks=pytest.mark.long)])
+def test_a_robot_that_is_told_to_stand_stands_on_a_slope(slope, towards, most, seconds):
+    """For a minute [mm]; on 8 degrees it creeps, a quarter of that in a quarter of a minute."""
     run = run_in()
     tilt(run, slope, towards)
     start = len(run.path)
-    run.hold((0.0, 0.0, 0.0), 60.0)
+    run.hold((0.0, 0.0, 0.0), seconds)
     steps = np.diff([truth[:2] for _, _, truth in run.path[start:]], axis=0)
-    assert 1000 * np.linalg.norm(steps.sum(axis=0)) <= most
+    assert 1000 * np.linalg.norm(steps.sum(axis=0)) <= max(10, most * seconds / 60)
     assert np.linalg.norm(steps, axis=1).max() <= 0.1 * 0.02
     assert run.status.fault == ""
 

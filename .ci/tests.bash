@@ -54,7 +54,7 @@ test_nightly() {
     cd "$ROOT"
     export PATH=$PATH:$WORK/tools/bin
     {
-        timeout 1000 "${pytest[@]}" -m nightly --ignore=robotont_fleet/test/test_fleet.py || status=$?
+        timeout 1100 "${pytest[@]}" -m nightly --ignore=robotont_fleet/test/test_fleet.py || status=$?
         ROBOTONT_FLEET_PRESSES=${ROBOTONT_FLEET_PRESSES:-50} timeout 2500 "${pytest[@]}" -m "" "${files[@]}" || status=$?
         return "$status"
     } 2>&1 | tee "$log" || status=$?

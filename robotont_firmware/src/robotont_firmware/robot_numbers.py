@@ -70,7 +70,7 @@ def check(config):
     every = control_periods(config)
     for amount, periods, most in ((LEAST_EDGES, every, 0), (MOST_EDGES, 1, 1)):
         edges = free_speed(config, periods, 0)
-        if (edges > amount) == bool(most):
+        if edges > amount if most else edges < amount:
             bound = "most" if most else "least"
             raise ValueError(f"config.EDGES: found {config.EDGES}, allowed: as many as make {amount} edges at {bound} "
                              f"in {periods * 1000 // config.RATE} ms without load, not {edges}: or another RATE")

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import yaml
 
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
-from robotont_driver.ros.lifecycle import COMMON_PARAMETERS
+from robotont_driver.ros.server_parameters import COMMON_PARAMETERS
 from robotont_fleet import fleet_node
 from robotont_map_navigation import navigation_monitor
 from robotont_operations import recorder_node

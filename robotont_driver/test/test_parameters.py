@@ -8,7 +8,7 @@ from robotont_driver.nodes.odom_node import OdomNode
 from robotont_driver.nodes.serial_com_node import PARAMETERS as SERIAL_COM
 from robotont_driver.parameters.parameters import ParameterError, read_parameters, shown
 from robotont_driver.robots.robot_folder import read_robot, shipped
-from robotont_driver.ros.lifecycle import COMMON_PARAMETERS
+from robotont_driver.ros.server_parameters import COMMON_PARAMETERS
 
 TIMEOUT = "a finite number from 0.05 to 2 [s]: for so long the robot drives on when its commander dies"
 DECIMALS = "a whole number from 0 to 3: with more, the packets of many wheels do not fit into a line"

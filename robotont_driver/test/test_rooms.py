@@ -7,7 +7,7 @@ import pytest
 
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "robotont_driver"
 PURE = ["parameters", "kinematics", "robots", "odometry", "protocol", "command"]
-ROOMS = [*PURE, "link", "rospy_repairs", "ros", "nodes", "tools"]
+ROOMS = [*PURE, "link", "rospy_repairs", "ros", "nodes"]
 IMPURE_MODULES = {"rospy", "roslib", "genpy", "serial", "time", "threading", "socket", "std_msgs"}
 
 

@@ -2,9 +2,8 @@
 
 import time
 
-from robotont_driver.link import serial_port
-from robotont_driver.tools import which_robot
-from robotont_driver.tools.which_robot import main
+from robotont_driver.link import serial_port, which_robot
+from robotont_driver.link.which_robot import main
 
 
 def test_it_names_the_launch_line_and_sends_nothing(official_board, capsys):

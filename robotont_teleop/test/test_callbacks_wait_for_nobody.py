@@ -114,5 +114,5 @@ def test_no_callback_of_a_command_or_a_stop_reaches_a_call_that_waits(file, func
 
 def test_a_call_that_waits_is_found():
     assert waits("service_request.py", "_answer")[-1].endswith("_answer calls wait_for_service")
-    assert "_write calls set_param" in waits("worker.py", "_write")[0]
+    assert "_write calls set_param" in waits("server_parameters.py", "_write")[0]
     assert waits("cmd_vel_mux.py", "_look_for_others")

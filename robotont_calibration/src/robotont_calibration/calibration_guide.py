@@ -16,7 +16,7 @@ from robotont_calibration.recordings import Recording, stamps_of
 from robotont_calibration.standard_drives import calibration_drives
 from robotont_driver.parameters.files import write_file
 from robotont_driver.robots.robot_folder import WHEELS, shipped
-from robotont_driver.ros.lifecycle import running_wheels
+from robotont_driver.ros.server_parameters import running_wheels
 from robotont_driver.rospy_repairs.rospy_end import init_tool
 
 CONNECTING = 5.0  # [s] for the driver and the robot's packets

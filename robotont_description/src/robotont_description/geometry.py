@@ -90,7 +90,9 @@ def radius_of(whose):
     kind, _, name = whose.partition(":=")
     if kind != "namespace":
         return robot_radius(read_robot(name).wheels)
-    from robotont_driver.ros.lifecycle import running_wheels  # here: the simulator needs no ROS for its geometry
+    from robotont_driver.ros.server_parameters import (
+        running_wheels,  # here: the simulator needs no ROS for its geometry
+    )
 
     socket.setdefaulttimeout(5.0)  # [s] a master that hangs
     return robot_radius(running_wheels("/" + name.strip("/")))

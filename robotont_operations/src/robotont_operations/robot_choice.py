@@ -3,9 +3,9 @@
 import glob
 import re
 
+from robotont_driver.link.which_robot import listen
 from robotont_driver.protocol.connection import OFFICIAL
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_driver.tools.which_robot import listen
 
 LINE = re.compile(r"^ROBOTONT_ROBOT=.*$", re.MULTILINE)
 

@@ -19,7 +19,8 @@ from robotont_driver.protocol.protocol import Packet, format_packet
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.packet_topics import PacketTopic
-from robotont_driver.ros.worker import KeptParameter, Worker, boot_time
+from robotont_driver.ros.server_parameters import KeptParameter
+from robotont_driver.ros.worker import Worker, boot_time
 from robotont_driver.rospy_repairs.rospy_internals import connection_header, connection_numbers
 from robotont_driver.rospy_repairs.topic_outages import OutageWatch, is_local
 

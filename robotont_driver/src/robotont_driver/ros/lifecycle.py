@@ -7,48 +7,12 @@ import os
 import signal
 import sys
 
-import rosgraph
 import rospy
 
-from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
-from robotont_driver.parameters.parameters import Parameter, ParameterError, fault, help_text, nearest, read_parameters
+from robotont_driver.parameters.parameters import ParameterError, help_text, nearest
+from robotont_driver.ros.server_parameters import COMMON_PARAMETERS, private_parameters, running_wheels
 from robotont_driver.rospy_repairs import rospy_end
 from robotont_driver.rospy_repairs.rospy_end import queue_log
-
-# Parameters that every node has besides its own.
-COMMON_PARAMETERS = (
-    Parameter("diagnostic_period", 1.0, "between two diagnostics", "s", minimum=0.1, maximum=60.0),
-)
-
-
-def running_wheels(namespace):
-    """`Wheels` of the robot that runs in a namespace, from its parameters. Raises ParameterError.
-
-    Not by rospy.get_param: in a process that has logged a line, "/" is there only what rospy's logging looked up.
-    """
-    try:
-        given = rosgraph.Master(rospy.get_name()).getParam(namespace)
-    except rosgraph.MasterError:  # no such namespace
-        given = {}
-    if not any(key in given for key in KEYS):
-        raise ParameterError([f"wheelAmount and its kin: found none in {namespace}, where no robot runs: start "
-                              "robot.launch or simulation.launch first, or rosparam load "
-                              "config/robots/NAME/wheel_params.yaml"])
-    try:
-        return read_wheels(given)
-    except ParameterError as error:
-        raise ParameterError(f"{message} (wheel parameters are read from {namespace})"
-                             for message in error.faults) from None
-
-
-def private_parameters(table, node="~"):
-    """The parameters of a node of this process by name, also under the official driver's. Raises ParameterError."""
-    given = rospy.get_param(node, {})
-    if not isinstance(given, dict):
-        raise ParameterError([fault("~", given, "parameters by name, as in `publish_rate: 20.0`: is a line missing?")])
-    official = {parameter.name: rospy.get_param(parameter.official) for parameter in table
-                if parameter.official and rospy.has_param(parameter.official)}
-    return read_parameters((*table, *COMMON_PARAMETERS), {**official, **given})
 
 
 def own_parameters(table):

@@ -11,7 +11,7 @@ from tf2_msgs.msg import TFMessage
 
 from robotont_description.geometry import body, rotation_of
 from robotont_driver.parameters.parameters import ParameterError, is_number
-from robotont_driver.ros.lifecycle import running_wheels
+from robotont_driver.ros.server_parameters import running_wheels
 from robotont_driver.ros.worker import boot_time
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.sensor_view import FAN

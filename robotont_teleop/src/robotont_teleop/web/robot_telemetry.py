@@ -12,7 +12,7 @@ from sensor_msgs.msg import LaserScan, Range
 
 from robotont_description.geometry import body
 from robotont_driver.parameters.parameters import ParameterError
-from robotont_driver.ros.lifecycle import running_wheels
+from robotont_driver.ros.server_parameters import running_wheels
 from robotont_driver.ros.worker import Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.movers import Movers

@@ -1,0 +1,76 @@
+"""The parameter server: the robot's wheels and a node's parameters off it, and a value of a node kept on it."""
+
+import threading
+
+import rosgraph
+import rospy
+
+from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
+from robotont_driver.parameters.parameters import Parameter, ParameterError, fault, read_parameters
+from robotont_driver.ros.worker import Worker
+
+AGAIN = 1.0  # [s] after which it is written again, to a master that did not answer, or to a new one
+# Parameters that every node has besides its own.
+COMMON_PARAMETERS = (
+    Parameter("diagnostic_period", 1.0, "between two diagnostics", "s", minimum=0.1, maximum=60.0),
+)
+
+
+def running_wheels(namespace):
+    """`Wheels` of the robot that runs in a namespace, from its parameters. Raises ParameterError.
+
+    Not by rospy.get_param: in a process that has logged a line, "/" is there only what rospy's logging looked up.
+    """
+    try:
+        given = rosgraph.Master(rospy.get_name()).getParam(namespace)
+    except rosgraph.MasterError:  # no such namespace
+        given = {}
+    if not any(key in given for key in KEYS):
+        raise ParameterError([f"wheelAmount and its kin: found none in {namespace}, where no robot runs: start "
+                              "robot.launch or simulation.launch first, or rosparam load "
+                              "config/robots/NAME/wheel_params.yaml"])
+    try:
+        return read_wheels(given)
+    except ParameterError as error:
+        raise ParameterError(f"{message} (wheel parameters are read from {namespace})"
+                             for message in error.faults) from None
+
+
+def private_parameters(table, node="~"):
+    """The parameters of a node of this process by name, also under the official driver's. Raises ParameterError."""
+    given = rospy.get_param(node, {})
+    if not isinstance(given, dict):
+        raise ParameterError([fault("~", given, "parameters by name, as in `publish_rate: 20.0`: is a line missing?")])
+    official = {parameter.name: rospy.get_param(parameter.official) for parameter in table
+                if parameter.official and rospy.has_param(parameter.official)}
+    return read_parameters((*table, *COMMON_PARAMETERS), {**official, **given})
+
+
+class KeptParameter:
+    """Writes `value()` in a thread of its own after each change, the newest only: the master may take its time.
+
+    name: relative to the namespace. Values that count as false are not repeated: a new master has none.
+    """
+
+    def __init__(self, name, value):
+        self._name = name
+        self._value = value
+        self._changed = threading.Event()
+        self._written = value()
+        Worker(self._write)
+
+    def changed(self):
+        """The value may be another one now. Returns at once."""
+        self._changed.set()
+
+    def _write(self):
+        self._changed.wait(AGAIN)
+        self._changed.clear()
+        value = self._value()
+        if value or value != self._written:
+            try:
+                rospy.set_param(self._name, value)
+                self._written = value
+            except OSError:
+                pass  # no master: again in a while
+        return 0.0

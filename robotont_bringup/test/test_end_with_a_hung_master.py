@@ -55,7 +55,7 @@ def test_all_end():
 
 
 TOOL = """import sys
-from robotont_driver.rospy_repairs.rospy_end import init_tool
+from robotont_driver.rospy_repairs.rospy_process import init_tool
 init_tool("tool")
 sys.exit(int(input("ready\\n")))
 """

@@ -7,14 +7,14 @@ import time
 import pytest
 
 from robotont_driver.ros.lifecycle import signals_wait
-from robotont_driver.rospy_repairs import rospy_end
+from robotont_driver.rospy_repairs import rospy_process
 
 
 @pytest.fixture
 def done(monkeypatch):
     """What has happened, in this order; a SIGTERM is noted; "limit": its end may not take long now."""
     happened = []
-    monkeypatch.setattr(rospy_end, "end_soon", lambda: happened.append("limit"))
+    monkeypatch.setattr(rospy_process, "end_soon", lambda: happened.append("limit"))
     before = signal.signal(signal.SIGTERM, lambda *_: happened.append("signal"))
     yield happened
     signal.signal(signal.SIGTERM, before)

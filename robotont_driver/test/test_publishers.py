@@ -7,8 +7,8 @@ import sys
 from rospy.impl.tcpros_base import get_tcpros_server_address
 from std_msgs.msg import String
 
-from robotont_driver.rospy_repairs.publishers import DroppingPublisher
-from robotont_driver.rospy_repairs.rospy_end import init_tool
+from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
+from robotont_driver.rospy_repairs.rospy_process import init_tool
 from robotont_testing.harness import Master, in_own_process, wait_for
 
 SUBSCRIBER = """import rospy

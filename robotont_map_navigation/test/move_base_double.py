@@ -13,7 +13,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseResult
 from nav_msgs.msg import Odometry
 
-from robotont_driver.rospy_repairs.rospy_end import init_node
+from robotont_driver.rospy_repairs.rospy_process import init_node
 
 RECORD = Path(__file__).resolve().parent / "data" / "dwa_commands.csv"
 NO_WAY = "Failed to find a valid plan. Even after executing recovery behaviors."

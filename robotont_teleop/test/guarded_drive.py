@@ -9,7 +9,7 @@ from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.limits import Limits
 from robotont_driver.kinematics.se2 import compose
 from robotont_driver.robots.robot_folder import read_wheel_file
-from robotont_driver.ros.official_topics import FIELD_OF_VIEW, SENSORS
+from robotont_driver.ros.board_topics import FIELD_OF_VIEW, SENSORS
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.sensors import SCAN_FARTHEST, SCAN_NEAREST
 from robotont_simulator.simulation import Simulation

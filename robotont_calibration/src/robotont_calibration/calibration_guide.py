@@ -17,7 +17,7 @@ from robotont_calibration.standard_drives import calibration_drives
 from robotont_driver.parameters.files import write_file
 from robotont_driver.robots.robot_folder import WHEELS, shipped
 from robotont_driver.ros.server_parameters import running_wheels
-from robotont_driver.rospy_repairs.rospy_end import init_tool
+from robotont_driver.rospy_repairs.rospy_process import init_tool
 
 CONNECTING = 5.0  # [s] for the driver and the robot's packets
 RESTING = 25      # packets without a count: the robot stands

@@ -8,7 +8,7 @@ import time
 import rosgraph
 import rospy
 
-from robotont_driver.rospy_repairs.rospy_end import init_tool
+from robotont_driver.rospy_repairs.rospy_process import init_tool
 from robotont_map_navigation.goal import (
     INTERRUPTED,
     NOT_THERE,

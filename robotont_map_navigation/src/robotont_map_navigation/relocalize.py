@@ -17,7 +17,7 @@ from std_msgs.msg import String
 
 from robotont_description.geometry import rotation_of, seen_from_above
 from robotont_driver.kinematics.se2 import between, compose, yaw_of
-from robotont_driver.rospy_repairs.rospy_end import init_tool
+from robotont_driver.rospy_repairs.rospy_process import init_tool
 from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.goal import DONE, GAVE_UP, INTERRUPTED, LOST, NOT_THERE, Goal, Outcome
 from robotont_map_navigation.messages import floor_map_of

@@ -11,7 +11,7 @@ import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 
-from robotont_driver.rospy_repairs.rospy_end import init_tool
+from robotont_driver.rospy_repairs.rospy_process import init_tool
 from robotont_operations import probes
 from robotont_operations.health import OK, WARN, WORDS, table, worst
 

@@ -23,7 +23,7 @@ from robotont_driver.ros.kept_pose import KeptPose
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.packet_topics import PacketTopic
 from robotont_driver.ros.worker import boot_time, read_clocks
-from robotont_driver.rospy_repairs.publishers import DroppingPublisher
+from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
 
 # [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
 COMMAND_AGE = 0.5

@@ -12,10 +12,10 @@ from robotont_driver.parameters.parameters import Parameter, ParameterError
 from robotont_driver.protocol.connection import AUTO, NAMES, Connection, explained
 from robotont_driver.protocol.protocol import ProtocolError
 from robotont_driver.robots.battery import Battery, read_pack
+from robotont_driver.ros.board_topics import BoardTopics
 from robotont_driver.ros.diagnostics import Health
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.link_report import LinkReport
-from robotont_driver.ros.official_topics import OfficialTopics
 from robotont_driver.ros.packet_topics import PacketTopic
 
 LARGEST_REACH = 0x7FFF  # [edges] what the 16 bits of a packet's totals can represent
@@ -58,7 +58,7 @@ class SerialComNode:
         self._publish = topic("serial_read").advertise()
         self._limit = rospy.Publisher("board_wheel_limit", Float64, queue_size=1, latch=True)
         self._link = SerialLink(self._port, parameters["baudrate"], self, parameters["write_timeout"])
-        self._topics = OfficialTopics(parameters["range_frame_prefix"], parameters["base_frame"], battery,
+        self._topics = BoardTopics(parameters["range_frame_prefix"], parameters["base_frame"], battery,
                                       self._on_light)
         self._link.start()
         rospy.on_shutdown(self._link.close)

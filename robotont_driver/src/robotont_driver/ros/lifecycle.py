@@ -11,8 +11,8 @@ import rospy
 
 from robotont_driver.parameters.parameters import ParameterError, help_text, nearest
 from robotont_driver.ros.server_parameters import COMMON_PARAMETERS, private_parameters, running_wheels
-from robotont_driver.rospy_repairs import rospy_end
-from robotont_driver.rospy_repairs.rospy_end import queue_log
+from robotont_driver.rospy_repairs import rospy_process
+from robotont_driver.rospy_repairs.rospy_process import queue_log
 
 
 def own_parameters(table):
@@ -48,7 +48,7 @@ def answer_help(name, explanation, table=()):
 def init_node(name, explanation, table=()):
     """Make this process the node `name`, after `answer_help`."""
     answer_help(name, explanation, table)
-    rospy_end.init_node(name)
+    rospy_process.init_node(name)
     queue_log()
 
 
@@ -105,7 +105,7 @@ def signals_wait():
 
     def note(number, _frame):
         came.append(number)
-        rospy_end.end_soon()
+        rospy_process.end_soon()
     handlers = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield

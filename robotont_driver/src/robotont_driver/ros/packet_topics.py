@@ -10,7 +10,7 @@ from std_msgs.msg import String
 
 from robotont_driver.protocol.plain import parse_packet
 from robotont_driver.protocol.protocol import PacketError
-from robotont_driver.rospy_repairs.publishers import DroppingPublisher
+from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
 
 BURST = 200  # copies that may wait for a slow listener; then the oldest are dropped
 

@@ -3,7 +3,7 @@
 import rospy
 from geometry_msgs.msg import Twist
 
-from robotont_driver.rospy_repairs.publishers import DroppingPublisher
+from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.robot_reports import RobotReports
 from robotont_teleop.hand.speeds import STOP

@@ -16,7 +16,7 @@ from robotont_driver.command.command_age import Gaps
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import answer_help, own_parameters
 from robotont_driver.ros.worker import boot_time
-from robotont_driver.rospy_repairs.rospy_end import end_soon, init_tool
+from robotont_driver.rospy_repairs.rospy_process import end_soon, init_tool
 from robotont_teleop.hand.hand_output import HandOutput
 from robotont_teleop.hand.held_keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, keys_of_now, split_keys
 from robotont_teleop.hand.robot_reports import SILENCE

@@ -17,7 +17,7 @@ from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.worker import Worker, boot_time
-from robotont_driver.rospy_repairs.publishers import DroppingPublisher
+from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_driver.rospy_repairs.topic_outages import OutageWatch, is_local
 from robotont_teleop.hand.twist_message import twist_message

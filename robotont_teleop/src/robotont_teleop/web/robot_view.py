@@ -11,7 +11,7 @@ import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import Twist
 
-from robotont_driver.rospy_repairs.publishers import DroppingPublisher
+from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
 from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto_client import GoTo
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher

@@ -11,7 +11,7 @@ import rospy
 from robotont_driver.parameters.parameters import Parameter, ParameterError
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import init_node, own_parameters, refuse
-from robotont_driver.rospy_repairs.rospy_end import end_soon
+from robotont_driver.rospy_repairs.rospy_process import end_soon
 from robotont_teleop.hand.speeds import Speeds
 from robotont_teleop.web.driving_seat import DrivingSeat
 from robotont_teleop.web.page_setup import SetUpError, host_names, invitation, make_access, ros_home

@@ -1,4 +1,4 @@
-"""Lets rospy processes end soon, and log without waiting, whatever hangs."""
+"""How a rospy process begins, ends soon and logs without waiting, whatever hangs."""
 
 import atexit
 import contextlib

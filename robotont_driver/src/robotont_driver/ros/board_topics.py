@@ -1,4 +1,4 @@
-"""Topics of the official driver: what boards measure besides the wheels, and the lights of some of them.
+"""What boards, official and ours, measure besides the wheels, and the lights of some: the official driver's topics.
 
 The messages of `power_supply`, `led_pixel` and `led_segment` are those of the official package robotont_msgs; without
 it there are only `range` and `battery`.
@@ -30,7 +30,7 @@ SENSORS = (
 )
 
 
-class OfficialTopics:
+class BoardTopics:
     """Publishes a board's readings; `light(first, colours)` is called for messages that colour lights.
 
     battery: a `Battery`.

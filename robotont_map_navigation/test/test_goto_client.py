@@ -7,6 +7,7 @@ import pytest
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
 from move_base_msgs.msg import MoveBaseActionGoal, MoveBaseActionResult
+from std_msgs.msg import String
 
 from robotont_map_navigation import goto_client
 from robotont_map_navigation.goal import REPLACED, Goal
@@ -54,6 +55,20 @@ def test_without_patience_move_base_decides(monkeypatch):
     goto = goto_client.GoTo("map", lambda _words: None)
     monkeypatch.setattr(goto, "check", lambda goal: None)
     assert goto.go(Goal(1.0, 1.0, 0.0), 10.0, patience=0.0).words.startswith("move_base gave up (ABORTED): no way")
+
+
+@pytest.mark.parametrize("presses", [["/page"], ["/page", ""]])
+def test_a_goal_that_is_given_or_checked_during_an_emergency_stop_is_not_what_a_release_begins(monkeypatch, presses):
+    move_base = NoWay()
+    move_base.replace(monkeypatch)
+    goto = goto_client.GoTo("map", lambda _words: None)
+    monkeypatch.setattr(goto, "_refusal", lambda _goal: [
+        move_base.hear("emergency_stop/pressed_by", String(who)) for who in presses] and None)
+    assert "the emergency stop, pressed by /page" in goto.go(Goal(1.0, 1.0, 0.0), 1.0).words
+    move_base.hear("emergency_stop/pressed_by", String(""))
+    assert move_base.sent == 0
+    monkeypatch.setattr(goto, "_refusal", lambda _goal: None)
+    assert goto.check(Goal(1.0, 1.0, 0.0)) is None
 
 
 @pytest.mark.parametrize("topic, message, sender, words", [

@@ -112,9 +112,12 @@ class GoTo:
         return self.check(goal) or self.follow(self.send(goal), timeout, patience)
 
     def check(self, goal):
-        """The Outcome of a Goal that the map shows to be out of reach; else None."""
+        """The Outcome of a Goal that the map shows to be out of reach, or that a release would begin; else None."""
         start = time.monotonic()
+        self._stopped_by = self._pressed_by
         reason = self._refusal(goal)
+        if self._stopped_by:
+            reason = f"the emergency stop, pressed by {self._stopped_by}: release it, then send the goal again"
         if self._trouble:
             return self._lost()
         return Outcome(REFUSED, f"refused after {time.monotonic() - start:.1f} s: {reason}") if reason else None

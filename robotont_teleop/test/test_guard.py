@@ -23,6 +23,7 @@ from hypothesis import strategies as st
 from robotont_description.geometry import rotation_of
 from robotont_driver.kinematics.se2 import arc, compose
 from robotont_simulator.world import Box, read_world
+from robotont_teleop.mux import guard_sensors
 from robotont_testing import places
 
 SPEEDS = (0.1, 0.2, 0.3, 0.5, 0.65, 0.8)  # [m/s]
@@ -328,6 +329,22 @@ def test_odometry_that_no_robot_can_make_moves_no_place(nonsense, axis):
     show(guard, scan_of(0.5), 100.5)
     assert speed_of(guard, now=100.5) == pytest.approx(speed_of(guard_before(0.5)))
     assert 0.0 < speed_of(guard, now=100.5) < HAND
+
+
+def test_the_guard_of_a_mux_that_stays_is_that_of_the_robot_that_runs_now(monkeypatch):
+    given = {"wheels": (0.15, 0.02, 0.3), "driver_node/max_linear_acceleration": 1.5}
+    monkeypatch.setattr(guard_sensors, "running_wheels", lambda _namespace: given["wheels"])
+    monkeypatch.setattr(guard_sensors, "body", tuple)
+    for name, stand_in in (("Subscriber", lambda *_, **__: None), ("get_param", given.get), ("get_namespace", str)):
+        monkeypatch.setattr(guard_sensors.rospy, name, stand_in)
+    guard = guard_sensors.make_guard(0.3)
+    before = speed_of(show(guard, scan_of(0.5)))
+    given["wheels"] = (0.25, 0.02, 0.3)
+    assert guard_sensors.make_guard(0.3, guard) is guard
+    larger = speed_of(guard)
+    given["driver_node/max_linear_acceleration"] = 0.3
+    guard_sensors.make_guard(0.3, guard)
+    assert speed_of(guard) + 0.1 < larger < before - 0.05
 
 
 def test_what_is_within_the_footprint_is_the_robot_and_hides_what_is_behind():

@@ -171,9 +171,9 @@ class CmdVelMux:
         rospy.loginfo("who drives: %s", driver)
 
     def _look_for_others(self):
-        """Find other publishers of cmd_vel, and a robot that came later; returns the time to rest."""
+        """Find other publishers of cmd_vel, and a robot that came later, or is another; returns the time to rest."""
         try:
-            self._guard = self._guard or make_guard(self._blind_speed)
+            self._guard = make_guard(self._blind_speed, self._guard)
             publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
         except (OSError, rosgraph.MasterException):
             return PUBLISHERS_PERIOD  # the master is gone; the robot is not

@@ -18,24 +18,34 @@ from robotont_teleop.hand.sensor_view import FAN
 from robotont_teleop.mux.guard import Guard
 
 
-def make_guard(blind_speed):
-    """A guard that hears its sensors; None where its parameter asks for none, or without a robot."""
+def make_guard(blind_speed, guard=None):
+    """A guard that hears its sensors, or `guard`, of the robot that runs now; None without a robot, or where negative.
+    """
     with contextlib.suppress(ParameterError):
-        return SensingGuard(running_wheels(rospy.get_namespace()), blind_speed) if blind_speed >= 0.0 else None
+        if blind_speed >= 0.0:
+            wheels = running_wheels(rospy.get_namespace())
+            guard = guard or SensingGuard(wheels, blind_speed)
+            guard.measure(wheels)
+    return guard
 
 
 class SensingGuard(Guard):
     """Hears `odom`, `scan` and `range`; where sensors are by /tf_static alone: /tf has 100 readings per second."""
 
     def __init__(self, wheels, blind_speed):
-        limits = [rospy.get_param(f"driver_node/max_linear_{limit}eleration", 0.0) for limit in ("acc", "dec")]
-        limits = [limit for limit in limits if is_number(limit) and limit]  # driver_node refuses what is none
-        super().__init__(body(wheels), min(limits, default=1.5), blind_speed)  # [m/s^2]; without a limit of its own
-        self._base_frame = rospy.get_param("odom_node/base_frame", "base_link").lstrip("/")
+        super().__init__(body(wheels), 1.5, blind_speed)
+        self.measure(wheels)
         self._frames = tf2_ros.BufferCore()
         for topic, kind, callback in (("/tf_static", TFMessage, self._on_static), ("odom", Odometry, self._on_odom),
                                       ("scan", LaserScan, self._on_scan), ("range", Range, self._on_range)):
             rospy.Subscriber(topic, kind, callback, queue_size=16, tcp_nodelay=True)
+
+    def measure(self, wheels):
+        """Another robot may run by now."""
+        limits = [rospy.get_param(f"driver_node/max_linear_{limit}eleration", 0.0) for limit in ("acc", "dec")]
+        limits = [limit for limit in limits if is_number(limit) and limit]  # driver_node refuses what is none
+        self._base_frame = rospy.get_param("odom_node/base_frame", "base_link").lstrip("/")
+        self._body, self._braking = body(wheels), min(limits, default=1.5)  # [m/s^2]; without a limit of its own
 
     def _on_static(self, message):
         for transform in message.transforms:

@@ -19,8 +19,7 @@ from robotont_teleop.mux.guard import Guard
 
 
 def make_guard(blind_speed, guard=None):
-    """A guard that hears its sensors, or `guard`, of the robot that runs now; None without a robot, or where negative.
-    """
+    """A guard that hears its sensors, or `guard`, for the robot that runs now; None without one, or where negative."""
     with contextlib.suppress(ParameterError):
         if blind_speed >= 0.0:
             wheels = running_wheels(rospy.get_namespace())

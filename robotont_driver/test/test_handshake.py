@@ -1,5 +1,6 @@
 """One connection: which board it is, by its first lines, what is sent to it, and whether it comes at its rate."""
 
+import numpy as np
 import pytest
 from checked_bench import Sender
 from protocol_bench import Bench, official_wheels
@@ -7,7 +8,7 @@ from protocol_bench import Bench, official_wheels
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.connection import CLOSED, LISTENING, NAMES, SILENT, SPEAKING, Connection, Listener
 from robotont_driver.protocol.protocol import Packet
-from robotont_testing.robots import SHIPPED
+from robotont_testing.robots import SHIPPED, UNEVEN_4
 from robotont_testing.stand_in_board import identity, sealed
 
 COMMAND = Packet((5, 5, 5))
@@ -70,6 +71,20 @@ def test_a_checked_packet_that_lost_its_trailer_makes_no_plain_board():
     connection.feed(one.partition(b";")[0] + b";\n", 0.02)
     connection.feed(two, 0.04)
     assert connection.protocol.name == "checked"
+
+
+@pytest.mark.parametrize(("wheels", "robot"), [(4, "FOLDER_OF_4_WHEELS"), (2, ""), (3, "thesis")])
+def test_a_plain_board_of_another_number_of_wheels_is_not_driven(wheels, robot):
+    connection = Connection(read_wheels(UNEVEN_4 if wheels == 3 else SHIPPED))
+    for at in np.arange(0.0, 2.0, 0.02):
+        connection.feed(b":".join([b"0"] * wheels) + b";\n", at)
+    assert connection.protocol is None
+    assert connection.obstacle.endswith(f" wheels instead of {7 - wheels}): robot:={robot}" if robot else "")
+    assert connection.stop(2.0) == (b"" if robot else b"0:0:0;\n")  # of two wheels there is no robot: unknown text
+    board = connection._wheels.amount
+    for at in (2.1, 2.2, 2.3):  # and one that was only cut or spoilt twice is driven again
+        connection.feed(b":".join([b"0"] * board) + b";\n", at)
+    assert (connection.protocol.name, connection.obstacle) == ("plain", "")
 
 
 def test_what_is_unknown_is_named_and_gets_plain_packets_after_a_second():

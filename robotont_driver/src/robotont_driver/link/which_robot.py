@@ -6,7 +6,7 @@ import os
 import sys
 
 from robotont_driver.link.serial_port import explain, heard, serial_ports, usb_id
-from robotont_driver.protocol.connection import LEAST_WHEELS, OLD_FIRMWARE, PATIENCE, ROBOTS, Listener, explained
+from robotont_driver.protocol.connection import OLD_FIRMWARE, PATIENCE, Listener, explained, robot_for
 
 LINE = "roslaunch robotont_bringup robot.launch {} port:={}"
 
@@ -22,8 +22,7 @@ def listen(port, baudrate, seconds):
         if name == OLD_FIRMWARE:
             return None, explained(name)
         if name:
-            own = name in ("plain", "checked") and listener.fields not in (0, LEAST_WHEELS)
-            return name, f"robot:=FOLDER_OF_{listener.fields}_WHEELS" if own else ROBOTS[name]
+            return name, robot_for(name, listener.fields)
     return None, listener.heard
 
 

@@ -23,14 +23,19 @@ def explained(name):
     return f"{name} ({FIRMWARE[name]})"
 
 
+def robot_for(name, fields):
+    """What drives a board of a protocol's name, with so many wheels (0: not told): the launch files' argument."""
+    own = name in (Plain.name, Checked.name) and fields not in (0, LEAST_WHEELS)
+    return f"robot:=FOLDER_OF_{fields}_WHEELS" if own else ROBOTS[name]
+
+
 class Listener:
-    """Names the protocol of received data. usb_id: "vendor:product" of the port, if known. wheels: 0: any number.
+    """Names the protocol of received data. usb_id: "vendor:product" of the port, if known.
 
     `fields`: wheels of the board, if it is a plain or checked one, by the newest line; 0: that does not tell.
     """
 
-    def __init__(self, usb_id="", wheels=0):
-        self._wheels = wheels
+    def __init__(self, usb_id=""):
         self._usb_id = usb_id
         self.fields = 0
         self._splitter = LineSplitter()
@@ -50,7 +55,7 @@ class Listener:
             self.fields = identity.wheels if identity else 0
         else:
             self.fields = text.partition(";")[0].count(":") + 1
-        name = recognise(text, self._wheels or max(LEAST_WHEELS, self.fields), self._usb_id)
+        name = recognise(text, max(LEAST_WHEELS, self.fields), self._usb_id)
         self._plain_lines = self._plain_lines + 1 if name == Plain.name else 0
         if name is None and line.strip():
             self._example = line.strip()
@@ -116,7 +121,7 @@ class Connection:
         self._usb_id = usb_id
         self._expected = packets if packets in OFFICIAL else ""
         self.protocol = None if packets == AUTO or self._expected else KINDS[packets](wheels)
-        self._listener = Listener(usb_id, wheels.amount)
+        self._listener = Listener(usb_id)
         self.opened = now    # [s]
         self._spoke = None   # [s] when the newest packet came
         self._refusal = ""   # of the board, at the handshake
@@ -168,6 +173,9 @@ class Connection:
             self._refusal = OLD
             return False
         misfit = f"its driver.yaml has packets: {self._expected}" if self._expected and name != self._expected else ""
+        fields = self._listener.fields
+        if not misfit and name == Plain.name and fields != self._wheels.amount:
+            misfit = f"its packets have {fields} wheels instead of {self._wheels.amount}"
         if not misfit:
             try:
                 protocol = KINDS[name](self._wheels)
@@ -178,7 +186,7 @@ class Connection:
             flashed = "robot:=robotont21 for a Robotont 2 that was flashed, else " if self._expected and \
                 name in (Plain.name, Checked.name) else ""
             self._refusal = (f"the board speaks {name}, which does not fit this robot ({misfit}): {flashed}"
-                             + ROBOTS[name])
+                             + robot_for(name, fields))
             return False
         self.protocol = protocol
         if self._refusal != OLD or name not in OFFICIAL:  # old firmware sends both kinds of lines; else it was flashed

@@ -5,6 +5,7 @@ import math
 import os
 import signal
 import socket
+import sys
 import xmlrpc.client
 from typing import ClassVar
 
@@ -29,7 +30,7 @@ MORE_THAN_A_SOCKET_HOLDS = 8000  # [messages] of odom, 700 bytes each; Linux hol
 KINEMATICS = Kinematics(read_wheels(SHIPPED))
 
 
-class StackTest(NodeTest):
+class Stack(NodeTest):
     shared: ClassVar = Processes()
     truth: ClassVar = Pose()
     turned: ClassVar = np.zeros(3)
@@ -83,6 +84,8 @@ class StackTest(NodeTest):
         wait_for(lambda: len(self.joints) > seen + 2 and self.joints[-1].position == self.joints[-2].position
                  and standing == self.board.motors.counted and len(self.odom) >= len(self.joints), "the last counts")
 
+
+class StackTest(Stack):
     def test_odometry_is_truthful(self):
         """That forward is forward, and left is left, the simulator's drive shows."""
         start = self.true_pose()
@@ -115,21 +118,9 @@ class StackTest(NodeTest):
                 self.drive((0.4, 0, 0), lambda: not any(self.board.speeds), f"the stop without {node}")
             self.drive((0.4, 0, 0), lambda: any(self.board.speeds), f"motion with a new {node}")
 
-    def test_a_subscriber_that_stops_reading_holds_up_nobody(self):
-        others = 2
-        wait_for(lambda: self.subscribers("/odom") == others, "this test and the mux' guard")
-        hung = self.subscribe_without_reading("/odom", Odometry)
-        self.addCleanup(hung.close)
-        wait_for(lambda: self.subscribers("/odom") == others + 1, "another subscriber")
-        read = self.publisher("serial_read", String)
-        seen, sent = len(self.odom), 0
-        while sent < MORE_THAN_A_SOCKET_HOLDS:
-            for _ in range(100):
-                read.publish("0:0:0;\n")
-            sent += 100
-            wait_for(lambda sent=sent: len(self.odom) >= seen + sent, "every message for the other subscriber")
-        self.assertEqual(self.subscribers("/odom"), others + 1)  # it costs itself messages, not its connection
-        self.drive((0.4, 0, 0), lambda: self.odom[-1].twist.twist.linear.x > 0.3, "motion")
+
+class NightlyStackTest(Stack):
+    """Once a day."""
 
     def subscribe_without_reading(self, topic, message_type):
         """A socket that odom_node takes for a subscriber."""
@@ -147,6 +138,22 @@ class StackTest(NodeTest):
         info = xmlrpc.client.ServerProxy(self.shared.node_uri("/odom_node")).getBusInfo("/test")[2]
         return sum(line[4] == topic and line[2] == "o" for line in info)
 
+    def test_a_subscriber_that_stops_reading_holds_up_nobody(self):
+        others = 2
+        wait_for(lambda: self.subscribers("/odom") == others, "this test and the mux' guard")
+        hung = self.subscribe_without_reading("/odom", Odometry)
+        self.addCleanup(hung.close)
+        wait_for(lambda: self.subscribers("/odom") == others + 1, "another subscriber")
+        read = self.publisher("serial_read", String)
+        seen, sent = len(self.odom), 0
+        while sent < MORE_THAN_A_SOCKET_HOLDS:
+            for _ in range(100):
+                read.publish("0:0:0;\n")
+            sent += 100
+            wait_for(lambda sent=sent: len(self.odom) >= seen + sent, "every message for the other subscriber")
+        self.assertEqual(self.subscribers("/odom"), others + 1)  # it costs itself messages, not its connection
+        self.drive((0.4, 0, 0), lambda: self.odom[-1].twist.twist.linear.x > 0.3, "motion")
+
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_bringup", "stack_test", StackTest)
+    rostest.rosrun("robotont_bringup", "stack_test", NightlyStackTest if "nightly" in sys.argv else StackTest)

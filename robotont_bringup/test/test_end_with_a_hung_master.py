@@ -27,7 +27,7 @@ def publishing(master):
 def test_all_end():
     with Master() as master:
         for file in ("robots/thesis/wheel_params", "robots/thesis/driver", "simulator"):
-            subprocess.run(["rosparam", "load", str(places.config(file + ".yaml"))], check=True)
+            master.load(places.config(file + ".yaml"))
         arguments = {"web_teleop_node": ["_port:=0"], "recorder_node": [f"_folder:={master.folder}/black_box"],
                      "simulator_node": [f"_port:={master.folder}/board"]}
         terminal, side = pty.openpty()

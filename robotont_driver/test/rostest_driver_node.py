@@ -40,7 +40,7 @@ class DriverNodeTest(NodeTest):
 
     def start_node(self, namespace, *arguments, log=None):
         """(process, its packets) of a driver_node in a namespace of its own."""
-        self.processes.start("rosparam", "load", WHEEL_PARAMS, namespace).wait()
+        self.processes.load(WHEEL_PARAMS, namespace)
         written = self.packets_on(namespace + "/serial_write")
         node = self.processes.node("driver_node", f"__ns:={namespace}", *arguments, log=log)
         wait_for(lambda: written, "packets")

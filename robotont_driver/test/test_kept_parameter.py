@@ -11,7 +11,7 @@ from robotont_testing.robots import WHEEL_PARAMS
 def test_a_press_outlives_the_master():
     with Master() as master:
         rospy.init_node("button", disable_signals=True)
-        master.start("rosparam", "load", WHEEL_PARAMS).wait()
+        master.load(WHEEL_PARAMS)
         master.node("driver_node")
         button = rospy.Publisher("emergency_stop", Bool, queue_size=1)
         wait_for(button.get_num_connections, "driver_node")

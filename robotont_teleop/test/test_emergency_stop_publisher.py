@@ -23,7 +23,7 @@ from robotont_testing.robots import WHEEL_PARAMS
 def test_what_a_person_asks_for_is_never_carried_out_late():
     with Master() as master:
         rospy.init_node("hand", disable_signals=True)
-        master.start("rosparam", "load", WHEEL_PARAMS).wait()
+        master.load(WHEEL_PARAMS)
         said, failures, asked, answers = [], [], [], []
         rospy.Subscriber("emergency_stop/pressed_by", String, lambda message: said.append(message.data))
         rospy.Service("reset_odometry", Trigger, lambda request: asked.append(request) or (True, ""))

@@ -27,7 +27,7 @@ def test_what_does_not_change_is_gone_and_any_change_brings_it_back():
 @in_own_process
 def test_joy_watch_lets_a_pad_go_that_may_be_gone_and_stops_by_its_button():
     with Master() as master:
-        master.start("rosparam", "load", WHEEL_PARAMS).wait()
+        master.load(WHEEL_PARAMS)
         rospy.init_node("joy", disable_signals=True)
         live, words, pressed_by = [], [], []
         pad = Joy(axes=[0.0] * 6, buttons=[0] * 11)

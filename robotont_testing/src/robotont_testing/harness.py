@@ -15,6 +15,8 @@ import unittest
 import xmlrpc.client
 from pathlib import Path
 
+import yaml
+
 from robotont_testing import lifeline, places
 
 START = 60.0  # [s] after which a launch file's nodes must be there, also on a machine with ten times as much to do
@@ -144,6 +146,13 @@ class Processes:
     def node(self, name, *arguments, log=None, **environment):
         """Start a node of robotont_driver with arguments such as _port:=/dev/x."""
         return self.start(places.program("robotont_driver", name), *arguments, log=log, **environment)
+
+    def load(self, parameters, namespace="/"):
+        """Set parameters, a dict or a YAML file, as rosparam load does; that takes half a second of processor time."""
+        master = xmlrpc.client.ServerProxy(self.uri)
+        given = parameters if isinstance(parameters, dict) else yaml.safe_load(Path(parameters).read_text())
+        for name, value in given.items():
+            master.setParam("/harness", namespace.rstrip("/") + "/" + name, value)
 
     def pid(self, node):
         """Process id of a node such as /odom_node, or of the robotont_node that it is a part of."""

@@ -11,7 +11,7 @@ run_tests() {
     local pytest=("$WORK/tools/bin/python" -m pytest) by_file=(--dist loadfile --no-loadscope-reorder) status=0
     local usual="not long and not nightly and not faults"
     local starts="harness|subprocess|threading|pty\.|BoardPort|stand_in_board|RobotAtAPort"
-    local computing starting timed rostests units style
+    local computing starting timed alone rostests units style
     cd "$ROOT"
     export OPENBLAS_NUM_THREADS=1  # threads that numpy starts for nothing, in each of some hundred processes
     unset PYTHONDONTWRITEBYTECODE  # some hundred processes would compile the same modules
@@ -27,7 +27,9 @@ run_tests() {
     mapfile -t computing < <(grep -LE "$starts" robotont_*/test/test_*.py)
     mapfile -t starting < <(grep -lE "$starts" robotont_*/test/test_*.py)
     mapfile -t timed < <(grep -l "pytest\.mark\.timed" robotont_*/test/test_*.py)
-    timed+=(robotont_*/test/{timed,alone}_*.test)
+    timed+=(robotont_*/test/timed_*.test)
+    mapfile -t alone < <(grep -l "pytest\.mark\.alone" robotont_*/test/test_*.py)
+    alone+=(robotont_*/test/alone_*.test)
     behind "${pytest[@]}" -m "not timed and $usual" -n 2 "${by_file[@]}" "${computing[@]}" >"$WORK/computing.log" 2>&1 &
     units=$!
     "${pytest[@]}" -m "not timed and $usual" -n 3 --dist load --maxschedchunk 1 robotont_*/test/*.test >"$WORK/rostests.log" 2>&1 &
@@ -40,7 +42,7 @@ run_tests() {
     "${pytest[@]}" -m "timed and not alone and $usual" -n 3 "${by_file[@]}" "${timed[@]}" || status=$?
     wait "$units" || status=$?
     cat "$WORK/computing.log"
-    "${pytest[@]}" -m "alone and $usual" "${timed[@]}" || status=$?
+    "${pytest[@]}" -m "alone and $usual" "${alone[@]}" || status=$?
     return "$status"
 }
 

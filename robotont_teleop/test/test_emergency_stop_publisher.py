@@ -42,6 +42,7 @@ def test_what_a_person_asks_for_is_never_carried_out_late():
             button.press()  # newer than both
             time.sleep(OLDEST)  # so long they take
         wait_for(lambda: failures and answers, "words about both")
+        assert failures[0].startswith("release of the emergency stop: "), "without an answer nobody knows whether it is"
         assert said[-1] == "/hand"
         assert button.pressed
         assert not asked

@@ -27,7 +27,7 @@ class EmergencyStopPublisher:
         # asks driver_node to let commands move the robot again, not late, and not over a press that was not seen here;
         # returns at once
         self.release = ServiceRequest(
-            "emergency_stop/release", "emergency stop not released", self._not_released,
+            "emergency_stop/release", "release of the emergency stop", self._not_released,
             lambda asked: "it was pressed again meanwhile" if self.pressed_at > asked else "", self._released,
             lambda: f"{rospy.get_name()}, {self.pressed_by}").call
         self._publisher = rospy.Publisher("emergency_stop", Bool, queue_size=5, tcp_nodelay=True, latch=True)

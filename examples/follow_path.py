@@ -21,6 +21,7 @@ class Follower:
         self.start = None
         self.points = list(POINTS)
         self.publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+        rospy.on_shutdown(lambda: self.publisher.publish(Twist()))  # also Ctrl-C stops the robot at once
         rospy.Subscriber("odom", Odometry, self.on_odom, queue_size=1)
 
     def on_odom(self, message):
@@ -35,7 +36,6 @@ class Follower:
         if left < (NEAR if len(self.points) > 1 else HERE):
             self.points.pop(0)
             if not self.points:
-                self.publisher.publish(Twist())
                 rospy.signal_shutdown("arrived")
                 return
         speed = SPEED if len(self.points) > 1 else min(SPEED, GAIN * left)

@@ -14,6 +14,7 @@ AHEAD = 0.2     # [rad] to both sides
 
 rospy.init_node("keep_distance")
 publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+rospy.on_shutdown(lambda: publisher.publish(Twist()))  # also Ctrl-C stops the robot at once
 
 
 def on_scan(scan):

@@ -11,6 +11,7 @@ SIDE = 0.5              # [m]
 
 rospy.init_node("square")
 publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+rospy.on_shutdown(lambda: publisher.publish(Twist()))  # also Ctrl-C stops the robot at once
 
 
 def drive(forward, turn, seconds):
@@ -29,4 +30,3 @@ while publisher.get_num_connections() == 0 and not rospy.is_shutdown():
 for _ in range(4):
     drive(SPEED, 0.0, SIDE / SPEED)
     drive(0.0, TURN, math.pi / 2 / TURN)
-drive(0.0, 0.0, 0.5)

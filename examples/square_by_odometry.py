@@ -18,6 +18,7 @@ class Square:
     def __init__(self):
         self.pose = None  # x [m], y [m], yaw [rad]
         self.publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+        rospy.on_shutdown(lambda: self.publisher.publish(Twist()))  # also Ctrl-C stops the robot at once
         rospy.Subscriber("odom", Odometry, self.on_odom, queue_size=1)
 
     def on_odom(self, message):

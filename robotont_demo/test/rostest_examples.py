@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import rospy
 import rostest
+from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
@@ -24,7 +25,7 @@ WALL = 1.0  # [m] ahead of where the robot starts
 class Robot:
     """An example that drives a robot in a namespace of its name; the odometry is the truth."""
 
-    def __init__(self, test, name):
+    def __init__(self, test, name, program=""):
         board = Board(str(test.processes.folder / name))
         board.plug()
         test.addCleanup(board.close)
@@ -33,7 +34,7 @@ class Robot:
         test.processes.node("robotont_node", f"__ns:=/{name}")
         self.odom = test.listen(f"/{name}/odom", Odometry)
         wait_for(lambda: self.odom, f"odometry of {name}", START)
-        self.program = test.processes.start(sys.executable, EXAMPLES / f"{name}.py", ROS_NAMESPACE=f"/{name}")
+        self.program = test.processes.start(sys.executable, EXAMPLES / f"{program or name}.py", ROS_NAMESPACE=f"/{name}")
 
     def stands(self):
         """Whether it has stood for a second."""
@@ -55,6 +56,14 @@ class ExamplesTest(NodeTest):
         for corner in corners:
             self.assertLess(np.linalg.norm(poses[:, :2] - corner, axis=1).min(), near, corner)
         self.assertLess(np.linalg.norm(poses[-1, :2]), end)
+
+    def test_ctrl_c_sends_a_zero(self):
+        commands = self.listen("/cut/cmd_vel", Twist)
+        robot = Robot(self, "cut", "square")
+        wait_for(lambda: commands and commands[-1].linear.x > 0.1, "a drive")
+        robot.program.send_signal(signal.SIGINT)
+        wait_for(lambda: robot.program.poll() is not None, "the end of it")
+        wait_for(lambda: commands[-1] == Twist(), "a zero")
 
     def test_each(self):
         robots = {name: Robot(self, name) for name in ("square", "square_by_odometry", "follow_path", "keep_distance")}

@@ -34,7 +34,8 @@ class Robot:
         test.processes.node("robotont_node", f"__ns:=/{name}")
         self.odom = test.listen(f"/{name}/odom", Odometry)
         wait_for(lambda: self.odom, f"odometry of {name}", START)
-        self.program = test.processes.start(sys.executable, EXAMPLES / f"{program or name}.py", ROS_NAMESPACE=f"/{name}")
+        example = EXAMPLES / f"{program or name}.py"
+        self.program = test.processes.start(sys.executable, example, ROS_NAMESPACE=f"/{name}")
 
     def stands(self):
         """Whether it has stood for a second."""

@@ -86,7 +86,7 @@ class OwnRobot:
 
     def turned(self):
         """[m, m, rad] by which the wheels' own angles have moved the robot, each twist after the other."""
-        return self.run.kinematics.twist_of_speeds(list(self.run.simulation.wheel_angles() * self.radii))
+        return self.run.kinematics.inverse @ (self.run.simulation.wheel_angles() * self.radii)
 
 
 class HeldRobot(OwnRobot):

@@ -57,7 +57,7 @@ def test_round_trip_for_any_robot(angles, distance, radius, reference, rotation,
     except ParameterError:
         assume(False)
     kinematics = Kinematics(wheels)
-    twist = kinematics.twist_of_speeds(kinematics.speeds_of_units(kinematics.units_of_twist((x, y, turn))))
+    twist = kinematics.inverse @ (kinematics.units_of_twist((x, y, turn)) / kinematics.units_per_speed)
     assert twist == pytest.approx((x, y, turn), abs=1e-9)
 
 
@@ -65,11 +65,11 @@ def test_more_wheels_than_needed_are_averaged_by_least_squares(wheels):
     kinematics = Kinematics(wheels)
     noisy = kinematics.wheel_speeds((0.3, -0.2, 0.5)) + np.linspace(-0.01, 0.02, wheels.amount)
     expected = np.linalg.lstsq(kinematics.matrix, noisy, rcond=None)[0]
-    assert kinematics.twist_of_speeds(noisy) == pytest.approx(expected, abs=1e-12)
+    assert kinematics.inverse @ noisy == pytest.approx(expected, abs=1e-12)
 
 
 def test_excluded_wheels_move_nothing():
     kinematics = Kinematics(read_wheels(UNEVEN_4), excluded=(2,))
     speeds = kinematics.wheel_speeds((0.3, 0.1, 0.5))
     speeds[2] = 0.0
-    assert kinematics.twist_of_speeds(speeds) == pytest.approx((0.3, 0.1, 0.5))
+    assert kinematics.inverse @ speeds == pytest.approx((0.3, 0.1, 0.5))

@@ -61,7 +61,7 @@ def test_a_robot_of_another_project(source):
     for place, distance, speed in zip(map(math.radians, places), np.broadcast_to(distances, len(places)),
                                       kinematics.wheel_speeds(twist)):
         assert speed == pytest.approx(-math.sin(place) * 0.3 - math.cos(place) * 0.2 + distance * 0.7, abs=1e-12)
-    back = kinematics.twist_of_speeds(kinematics.speeds_of_units(kinematics.units_of_twist(twist)))
+    back = kinematics.inverse @ (kinematics.units_of_twist(twist) / kinematics.units_per_speed)
     assert back == pytest.approx(twist, abs=1e-13)
     fastest = wheels.motor.no_load_speed / wheels.gear * radius  # [m/s] of the rim
     assert counts_in_reach(wheels) > fastest / wheels.metres_per_edge[0] / wheels.pid_frequency

@@ -66,7 +66,7 @@ class Stamps:
         units = [float(field) for field in line.partition(";")[0].split(":")]
         if not any(units):
             return None
-        twist = np.array(self._kinematics.twist_of_speeds(self._kinematics.speeds_of_units(units)))
+        twist = self._kinematics.inverse @ (units / self._kinematics.units_per_speed)
         rates = [np.dot(twist, step) / np.dot(step, step) for _, step in MOTIONS]  # [stamps] and more
         errors = [np.linalg.norm(twist - rate * np.array(step)) if rate > 0 else np.inf
                   for rate, (_, step) in zip(rates, MOTIONS)]

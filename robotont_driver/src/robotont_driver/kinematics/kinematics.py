@@ -7,7 +7,6 @@ A unit is one encoder edge per PID period, the number that stands in packets.
 
 import itertools
 import math
-from operator import mul, truediv
 
 import numpy as np
 
@@ -71,7 +70,7 @@ def units_per_speed(wheels):
 
 
 class Kinematics:
-    """Twist to units and back, for one set of `wheels`: one at a time in plain numbers, many by the matrices.
+    """Twist to units by plain numbers, and back by the matrices, for one set of `wheels`.
 
     solver: one of `SOLVERS`, for n > 3 wheels. excluded: indices of wheels that twists are computed without.
     """
@@ -82,9 +81,10 @@ class Kinematics:
         self.matrix = wheel_matrix(wheels)              # (6)
         self.units_per_speed = units_per_speed(wheels)  # (5)
         included = [wheel for wheel in range(wheels.amount) if wheel not in excluded]
-        self.inverse = solver(self.matrix, included)    # (7), 3 x n; 0 in the columns of excluded wheels
-        self._rows, self._inverse_rows, self._units_per_speed, self._unit_rows = (array.tolist() for array in (
-            self.matrix, self.inverse, self.units_per_speed, self.units_per_speed[:, np.newaxis] * self.matrix))
+        # (7), 3 x n: twist = inverse @ (units / units_per_speed), (8)-(11); 0 in the columns of excluded wheels
+        self.inverse = solver(self.matrix, included)
+        self._rows = self.matrix.tolist()
+        self._unit_rows = (self.units_per_speed[:, np.newaxis] * self.matrix).tolist()
 
     def wheel_speeds(self, twist):
         """Wheel speeds [m/s], a list of n, of a twist: formula (1), v_i = R omega + |v| cos(theta_i - phi).
@@ -98,15 +98,3 @@ class Kinematics:
         """Units, a list of n, that a packet to the board carries for a twist: formula (4)."""
         x, y, omega = twist
         return [a * x + b * y + c * omega for a, b, c in self._unit_rows]
-
-    def speeds_of_units(self, units):
-        """Wheel speeds [m/s], a list of n, of units: formula (8)."""
-        return list(map(truediv, units, self._units_per_speed))
-
-    def twist_of_speeds(self, speeds):
-        """Twist, a tuple of 3, of wheel speeds [m/s], n: formulas (9)-(11).
-
-        With more than three wheels the speeds may disagree (noise, slip); the solver decides: by default the
-        twist with the least sum of squared differences.
-        """
-        return tuple([sum(map(mul, row, speeds)) for row in self._inverse_rows])

@@ -39,7 +39,7 @@ class Arrivals:
     """Judges the commands of some subscribers; not for two threads at once. Times [s] are those of `boot_time`.
 
     longest: [s] for which this process may be stopped or starved. is_local(header): whether the connection with this
-    header comes from this machine, where nothing waits but in this process, whose `gaps` are noted by `tick`.
+    header comes from this machine, where nothing waits but in this process, whose own are `gaps`.
     """
 
     def __init__(self, longest, now, is_local):

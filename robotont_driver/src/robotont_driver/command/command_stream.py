@@ -22,7 +22,7 @@ class CommandStream:
         self.commands = 0
         self.refused = 0
         self.timeouts = 0
-        self.limited = False      # whether the newest command was shortened by a speed limit
+        self.limited = False      # whether the newest command was shortened: too fast, or too sharp a bend
         self.cut_off = False      # whether the newest time-out stopped a moving robot
         self._stand_first = StandFirst(timeout)
         self._refusal = None      # why the newest command was refused

@@ -5,7 +5,7 @@ The rule: docs/safety.md, "The emergency stop".
 
 
 class EmergencyStop:
-    """Who presses. `kept`: what `kept` of the node before this one was, from wherever it was kept.
+    """Who presses. `kept`: `pressed_by` of the node before this one, from wherever it was kept.
 
     A node may be heard by several connections, of which an older one may bring late what was said before. So
     connections have numbers that rise as they are made. A press stands until the connection by which it came takes it

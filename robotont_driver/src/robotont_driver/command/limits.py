@@ -1,4 +1,4 @@
-"""Limits that keep the direction of travel: the twist is scaled as a whole, never axis by axis."""
+"""Limits that keep the way: a twist is scaled as a whole, or moves straight towards another; never axis by axis."""
 
 import math
 from typing import NamedTuple

@@ -118,10 +118,10 @@ class Wheels(NamedTuple):
 def read_wheels(given):
     """`Wheels` from a mapping with the keys of wheel_params.yaml; other keys are ignored.
 
-    Raises ParameterError with every fault at once: a missing key, a wrong type or length, a value
-    that is not finite, not positive or beyond any robot (degrees, millimetres), fewer than 3 wheels or more than
-    packets can contain, wheels that cannot move the robot in every direction (wheel matrix of rank < 3). There are no
-    defaults for the thesis' keys.
+    Raises ParameterError with every fault of the values, or else of how they fit together: a missing key, a wrong type
+    or length, a value that is not finite, not positive or beyond any robot (degrees, millimetres), fewer than 3 wheels
+    or more than packets can contain, wheels that cannot move the robot in every direction (a wheel matrix of rank < 3,
+    or nearly: MOST_CONDITION). There are no defaults for the thesis' keys.
     """
     if not isinstance(given, Mapping):
         raise ParameterError([fault("wheel parameters", given, "parameters by name: " + ", ".join(KEYS))])
@@ -261,7 +261,7 @@ def meant(value, largest, unit, factor, least=0.0):
 
 
 def _at_one_place(wheels):
-    """Why the wheel matrix may lack a rank: wheels along one line, or at one place; empty where there are none."""
+    """Why the wheel matrix may lack a rank: a driving direction or a place that wheels have in common; else empty."""
     if all(math.cos(direction - wheels.directions[0]) > 0.999 for direction in wheels.directions):
         return "; all wheels drive in one direction: mecanum wheels are no omni wheels"
     for wheel, position in enumerate(wheels.positions):

@@ -1,4 +1,5 @@
 """The serial port: opens it, reads, writes, and connects again.
 
-In go lines to write. Out come lines read and the state of the connection. A line that is too old is dropped here.
+In go packets to send, and lines for the lights. Out come packets and the state of the port. A packet that is too old is
+dropped here.
 """

@@ -226,7 +226,7 @@ class Outbox:
     def write(self, descriptor, clock):
         """Write to a port what it takes now.
 
-        Its driver holds no line before the next: it may join it, and a command would wait behind old ones.
+        No line while the driver has bytes of one before: it may join the two, and a command would wait behind old ones.
         """
         with contextlib.suppress(BlockingIOError):
             while self._rest or (self and not waiting_bytes(descriptor)):

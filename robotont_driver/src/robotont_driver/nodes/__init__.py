@@ -1,1 +1,1 @@
-"""One module per node, named after it: topics in, topics out. `robotont_node` runs three of them in one process."""
+"""One module per node, named after it: topics in, topics out. `scripts/robotont_node` runs all three in one process."""

@@ -25,8 +25,7 @@ from robotont_driver.ros.packet_topics import PacketTopic
 from robotont_driver.ros.worker import boot_time, read_clocks
 from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
 
-# [s] Without a newer command for this long, serial_com_node and the board have stopped the robot.
-COMMAND_AGE = 0.5
+COMMAND_AGE = 0.5  # [s] an older command is none that wheels are compared with: the robot is being stopped
 
 GYRO_BIAS_DRIFT = 7e-5   # [rad/s] how far a gyro's bias walks in 1 s, growing with the square root of the time
 GYRO_SCALE_NOISE, GYRO_SCALE_NOISE_CALIBRATED = 0.01, 3e-4  # [rad/s] at 1 rad/s; docs/odometry.md

@@ -26,7 +26,7 @@ PATIENCE = 5.0           # [s] of standing of which nothing was learnt
 BLOCK, ENDS, MEMORY = 1.0, 0.1, 0.97  # [s] over which turns are compared; of the rates at its ends; of older ones
 JUDGED, SURE = 3.0, 3.0  # [rad] turned, which make a judgement; [sigma] beyond the limits
 SCALE, OWN, DELAY = 0.05, 0.005, 0.03  # error of the scale that is refused, that is the wheels'; [s] of the stamps
-FLAT, FAST, BEYOND = 5, 0.5, 1.03 # samples at the largest rate, [rad/s], share of it that wheels turn: saturated
+FLAT, FAST, BEYOND = 5, 0.5, 1.03  # saturated: samples at the largest rate; [rad/s], [rad]; wheels turn by so much more
 TIMING, UNKNOWN = 0.016, 0.1  # [s] by which stamps of gyro and wheels differ (standard deviation); until it is known
 
 
@@ -65,7 +65,7 @@ class Agreement:
     """Scale and delay of a gyro, by the wheels: its turn beyond theirs is `error * turn - delay * change of the rate`.
 
     `error` of the scale, `delay` [s] of its stamps; `judged`: whether they are known. `refused`: why it is not used, or
-    empty. `wrong`: `error`, where the wheels do not explain it; else 0. `sure`: whether it is surely right.
+    empty. `wrong`: size of `error` that the wheels do not explain; else 0. `sure`: a block has just shown it right.
     """
 
     def __init__(self):
@@ -112,7 +112,7 @@ class Gyro:
 
     noise: [rad/s/sqrt(Hz)]; bias_walk: [rad/s/sqrt(s)]; scale: rate for 1 rad/s, and its standard deviation.
     `compared`: the newest turn beyond the wheels', its variance, [s] of timing; or None. `behind`: packets whose turn
-    is still the wheels' alone. `learns`: whether the bias was learnt now. `saturates`: [rad/s], 0: not seen.
+    is still the wheels' alone. `learns`: whether the robot stood, as for the bias. `saturates`: [rad/s], 0: not seen.
     `turned`: by it, with sign, for its calibration. `without`: share of the last second's packets without its turn.
     """
 
@@ -244,7 +244,7 @@ class Gyro:
         return low + (high - low) * ((stamp - first) / (last - first)), stamp
 
     def _is_saturated(self, turn, turned):
-        """Whether the gyro shows the largest rate it can, over which the wheels have turned by more than it has."""
+        """Whether the gyro shows the largest rate it may have: until FAST [rad] show that the wheels turn no more."""
         if self._hits < FLAT or abs(self._rate) != self._top or self._top < FAST:
             return False
         self._flat = flat, wheels = self._flat[0] + abs(turn), self._flat[1] + abs(turned)

@@ -14,8 +14,7 @@ from robotont_driver.kinematics.kinematics import Kinematics
 
 # Variance of each coordinate before the first step: the start is exact, but filters need a positive variance.
 START_VARIANCE = 1e-9
-# Longest time [s] for which a measured speed stays valid: without newer packets the board itself has stopped.
-LONGEST_HOLD = 0.5
+LONGEST_HOLD = 0.5  # [s] for which a measured speed stays valid without a newer packet
 # [edges^2] Variance of the quantisation error of one encoder reading: uniform over one edge. Counts are differences
 # of readings, so the errors cancel from packet to packet: of a path, however long, two readings' errors remain.
 READING_VARIANCE = 1.0 / 12.0
@@ -143,7 +142,7 @@ class Pose:
 
 
 class WheelOdometry:
-    """Counts of the wheels in; pose, twist, their covariances and the wheels' angles out.
+    """Packets in; pose, twist, their covariances and the wheels' angles out.
 
     period: time [s] that one packet stands for. 0: packets contain speeds, each valid until the next one.
     wheel_noise: standard deviation of a wheel's path after 1 m, growing with the root of the path [m per root m].

@@ -9,7 +9,8 @@ import math
 SECOND = 1_000_000_000
 FIRST_BLOCKS, BLOCKS, RECENT = 10, 30, 5  # of 0.2, the others of 1 s; kept for the period; newest, for the height
 LARGEST_DRIFT = 0.03  # part by which the board's period may differ from the nominal one: generation 3's by 0.025
-ROUGH, TICK = SECOND // 200, 1000  # of a block's earliest arrival; between stamps: tf2 takes closer ones for the same
+ROUGH = SECOND // 200  # error of a block's earliest arrival; a clock that moves by more was set
+TICK = 1000            # between stamps: tf2 takes closer ones for the same
 PAUSE, SETTLED = 3 * SECOND, SECOND // 20  # without packets, or with late ones that are no queue: the line begins anew
 LATE, LOST, SHARP = 0.75, 8, 0.2  # [periods] late; up to so many whole ones, and this beyond: packets were lost
 
@@ -25,10 +26,10 @@ class OdometryStamps:
         self._nominal = self._period = self._reliable = period * SECOND
         self._origin = self._newest = self._given = None
         self.drift, self.restarts, self.event, self.event_at = 0.0, -1, None, None
-        self._losses = 0  # that have proved to be some, less those that have not: 0 to 3
+        self._losses = 0  # 0 to 3: gaps before packets without numbers that were losses, less those that were not
 
     def stamp(self, arrival, now, number=None):
-        """Stamp of the next packet on the wall clock: never ahead of what that reads `now`, never behind the last one.
+        """Stamp of the next packet on the wall clock: not ahead of `now`, or behind the last but where it was set back.
 
         arrival: the same instant on a clock that is never set. number: in periods, or None.
         """
@@ -46,6 +47,7 @@ class OdometryStamps:
         return self._newest
 
     def _advance(self, arrival, since, number):
+        """Move the line on to a packet that came `since` [ns] after the last one; begin anew where it does not fit."""
         periods = 1 if number is None or self._given is None else number - self._given
         self._given = number
         if not 0 <= since < PAUSE or periods <= 0 or self.restarts < 0 or not self._nominal:

@@ -1,7 +1,7 @@
 """Wheels that slip, are blocked or do not as commanded: n wheels and a gyro measure more than a motion's three numbers.
 
-A residual test over 0.5 s, ten times a second: what remains of the paths without the motion that fits them best. The
-wheel with the largest residual is out. Where several explain it alike the commands decide, or nobody. Paths in [m].
+A residual test, ten times a second: what remains of the paths of 0.5 s [m] without the motion that fits best. A wheel
+that alone explains it, by the commands too, is out, but never one of three; else nobody is.
 """
 
 import math
@@ -12,7 +12,7 @@ import numpy as np
 from robotont_driver.kinematics.kinematics import LARGEST_CONDITION, condition
 from robotont_driver.odometry.odometry import PATH_VARIANCE
 
-BLOCK, WINDOW, SECOND, LONG = 0.1, 5, 10, 15  # [s]; blocks of a test; compared with commands; behind their change
+BLOCK, WINDOW, RECENT, LONG = 0.1, 5, 10, 15  # [s]; blocks of a test; compared with commands; behind their change
 BEHIND = 8              # blocks in which a change of the turning rate shows in a gyro's turn
 LAG = 0.06              # [s] of the motors behind their commands; they may have none, and twice as much
 WRONG = 0.01            # share of a path by which the wheel parameters may be wrong
@@ -21,7 +21,7 @@ UNKNOWN = 1e6           # variance of what was not measured
 ODDS = 9.0              # difference of squared residuals from which on the larger one is believed: 90 to 1
 LASTS = 2 / 3           # of the limit must remain without its longest block: one jump is none
 CLEAR, PROVEN = 2.0, 0.3  # [sigma] below which a wheel rolls again, once a slip by that share would have shown
-MISSING = 0.009, 0.3, 5.0  # [m], share of the path commanded for 1 s, and times LAG, that a wheel may be off untold
+MISSING = 0.009, 0.3, 5.0  # that a wheel may be off in 1 s untold: [m]; of the path commanded; of what it lags behind
 FIRST, LEAST, MOST = (4.0, 0.0), (1 / 9, 0.0), 16.0  # variances over `wheel_noise` squared, own and common; bounds
 DRIVEN, TRUST, MEMORY = 0.02, 6, 600  # [m] in a window that teaches them; windows that FIRST counts for; remembered
 
@@ -83,9 +83,9 @@ class SlipSearch:
         return paths * self._edge, expected[..., -1:, :]
 
     def _compare(self, blocks):
-        path, _, commanded, _ = blocks[-SECOND:].sum(axis=0)
+        path, _, commanded, _ = blocks[-RECENT:].sum(axis=0)
         allowed = MISSING[0] + MISSING[1] * abs(commanded) + MISSING[2] * abs(blocks[:, 3]).sum(axis=0)
-        self.lagging = tuple(np.flatnonzero(abs(path - commanded) > allowed).tolist() if self._known >= SECOND else ())
+        self.lagging = tuple(np.flatnonzero(abs(path - commanded) > allowed).tolist() if self._known >= RECENT else ())
 
     def measure(self, blocks, turns, known, noise):
         """What `judge` takes, of b blocks: b x 4 x n as by `block`, b x 3 of a gyro; known: those with commands.
@@ -146,7 +146,7 @@ class SlipSearch:
         self.slips = ((slips[:-1] * accused / self._edge) ** 2 / (WINDOW * self._size)).tolist()
 
     def _release(self, sigmas, errors, path):
-        """Include the wheel again that rolls as the others do, for as long as a slip would have shown."""
+        """Include the wheel again once it has rolled as the others do for so long that a slip would have shown."""
         wheel, = self.slipping
         shown = PROVEN * (path[wheel] / errors[wheel] - sigmas[wheel])
         self._shown = self._shown + shown ** 2 / WINDOW if abs(sigmas[wheel]) < CLEAR else 0.0

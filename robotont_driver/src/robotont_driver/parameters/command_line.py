@@ -1,4 +1,4 @@
-"""Command lines of this project's programs: `--name value`, `--name=value` and, as in launch files, `name:=value`."""
+"""Command lines of programs with options: `--name value`, `--name=value` and, as in launch files, `name:=value`."""
 
 import argparse
 import re

@@ -105,8 +105,8 @@ def _error(words, part):
 def new_file(path, mode=0o644):
     """A binary file to write to, which takes the place of `path` at the end of the `with`; none on an exception.
 
-    It is written beside, has this mode whatever was there before, and is on the disk before it takes the place, also
-    that of a link.
+    It is written beside, has this mode whatever was there before, and is on the disk before it takes the place. A
+    link itself is replaced.
     """
     path = Path(path)
     _refuse_other(path)

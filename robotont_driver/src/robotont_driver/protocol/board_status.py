@@ -1,7 +1,7 @@
 """What the board reports about itself: the status in every packet, its identity and its messages, as readable text.
 
-See docs/protocol.md. The status travels under the CRC of every checked packet, so it can neither be lost nor go
-stale. Boards with firmware before 2.0 have no status; what they say is shown as it is.
+See docs/protocol.md. The status travels under the CRC of every checked packet, so it is as new as the packet. Boards
+with firmware before 2.0 have no status; what they say is shown as it is.
 """
 
 from collections import deque

@@ -50,11 +50,9 @@ class Listener:
 
     def _decide(self, line):
         text = line.decode("ascii").strip("\r") if line.isascii() else ""
-        if text.startswith("#"):
-            identity = Identity.parse(text[2:])
-            self.fields = identity.wheels if identity else 0
-        else:
-            self.fields = text.partition(";")[0].count(":") + 1
+        fields = 0 if text.startswith("#") else text.partition(";")[0].count(":") + 1
+        identity = Identity.parse(text[2:])  # of a banner
+        self.fields = identity.wheels if identity else fields
         name = recognise(text, max(LEAST_WHEELS, self.fields), self._usb_id)
         self._plain_lines = self._plain_lines + 1 if name == Plain.name else 0
         if name is None and line.strip():
@@ -140,14 +138,14 @@ class Connection:
 
     @property
     def obstacle(self):
-        """Why the board is not driven; empty when it is."""
+        """Why the board is not driven; empty when it is, and while nothing is known of it."""
         if self._refusal or self.protocol is None:
             return self._refusal
         return self.protocol.obstacle or ("" if self.protocol.tells_rate else self._rate.obstacle)
 
     @property
     def complaint(self):
-        """A warning: what was heard of an unknown board, or what is odd about a known one; empty when all is well."""
+        """A warning: what was heard of an unknown board, or what is odd about one that is driven; else empty."""
         if self.obstacle:
             return ""
         return self.protocol.complaint or self._rate.complaint if self.protocol else self._listener.heard
@@ -194,7 +192,7 @@ class Connection:
         return True
 
     def encode(self, command, now):
-        """Bytes of a line for a command, a `Packet`; empty while nothing may be sent."""
+        """Bytes for a command, a `Packet`; empty while nothing may be sent."""
         if self.protocol:
             return self.protocol.stop() if self.obstacle else self.protocol.encode(command)
         listens = self._refusal or self._expected or now - self.opened < PATIENCE

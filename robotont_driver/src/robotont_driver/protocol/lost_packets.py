@@ -1,12 +1,12 @@
 """Counts of packets that the line has lost: recovered from the encoder totals of the packets around them.
 
-A packet that does not continue the one before is held until the next: an error, or the board has restarted. Whether it
-has, unheard, is judged by time and by the speeds before and after. Times are in periods of the board.
+A packet that does not continue the one before is dropped, or held where the board may have restarted. Whether it has,
+unheard, is judged by time and by the speeds before and after. Times are in periods of the board.
 """
 
 from robotont_driver.protocol.protocol import Packet, PacketError
 
-LARGEST_DRIFT = 0.02  # part by which the board's period may differ from the nominal one
+DRIFT = 0.02      # part by which our board's period may differ from the nominal one
 HELD = 25.0       # [periods] whose packets the link may hold back
 JITTER = 2.0      # [periods] by which a packet may come too late after its predecessor
 ANY = 256.0       # [periods] until the counter of the packets begins again
@@ -61,10 +61,10 @@ class LostPackets:
         return []
 
     def _gap(self, last, packet):
-        """(lost periods, their counts per wheel, whether the board has restarted between, whether it may have).
+        """(lost periods, their counts per wheel, whether the board has surely restarted between, whether it may have).
 
-        None where time or motors cannot have made it: beyond 2^15 edges the totals modulo 2^16 no longer determine how
-        many are missing.
+        None where the board cannot have made the gap in that time, or the motors the way; or where they may have made
+        2^15 edges: the totals modulo 2^16 do not determine how many.
         """
         periods, counts = packet.missed_since(last)
         bound = self._reach * periods
@@ -102,7 +102,7 @@ class LostPackets:
 
 def most_between(last, packet):
     """How many periods may lie between two packets, the latter's included."""
-    return min(ANY, (packet.arrival - last.arrival) * (1 + LARGEST_DRIFT) + HELD)
+    return min(ANY, (packet.arrival - last.arrival) * (1 + DRIFT) + HELD)
 
 
 def _evenly(count, periods):

@@ -31,17 +31,16 @@ RANGE_SENSORS = 12
 PRINTED = 2e-6        # [m, rad] two roundings to six decimals, and as much again
 SINGLE = 1.5e-7       # relative error of the board's single-precision pose
 PUSHED = 1.5          # part of the board's limit that a wheel exceeds at most while its lines are lost ...
-JITTER = 2.0          # ... and [periods] for which it does so more than have passed
+JITTER = 2.0          # ... for so many [periods] more than have passed
 MOST_LOST = 256       # [periods] that are handed out for lost lines
 MEMORY = 1000         # [periods] in which the board's clock, by its lines, follows this computer's
 LOOPS = 10            # of the board, of which generation 3 makes one longer
 EARLY, LATE = 0.5, 1.5  # [periods] within which a line comes after the one before it, if none is lost or held back
 MOST_WAITING = 10     # lines
-SMOOTH = 0.07         # part of the most that a wheel makes a period by which each lost step, times the loops of the
-                      # gap, may differ from those around it
-VISITS = 4            # of a place among them over which its length is averaged
+SMOOTH = 0.07         # of the most edges a period: roughness of `gap` per loop up to which it is believed
+VISITS = 4            # of a place among LOOPS over which its length is averaged
 NEGLIGIBLE = 5.0      # [edges] by which it does not matter whether the board has restarted
-STRANGE = 50          # lines in a row that moved against their own twist: firmware before February 2020
+STRANGE = 50          # lines in a row that moved against their own twist: firmware before March 2020
 OLD = ("firmware from before March 2020: it has no time-out, or its poses are short by 11 to 24 %; flash the makers' "
        "2.1.3 (robot:=robotont2) or this project's (robot:=robotont21, docs/firmware.md)")
 
@@ -110,8 +109,7 @@ class Robotont2(Protocol):
         """Raises ProtocolError when the board cannot have these wheels."""
         super().__init__(wheels)
         self._board_wheels = BoardWheels(wheels)
-        # [edges] a period
-        self._usual = PUSHED * self.fastest * PERIOD * wheels.edges_per_turn / (2 * math.pi * RADIUS)
+        self._most = PUSHED * self.fastest * PERIOD * wheels.edges_per_turn / (2 * math.pi * RADIUS)
         self._mean = 1.0 + (self.longest - 1.0) / LOOPS  # [periods] a loop
         self._last = None, 0.0   # newest trusted line, and [s] when it was made
         self._came = 0.0         # [s] newest line
@@ -120,7 +118,7 @@ class Robotont2(Protocol):
         self._move = compose     # how a step moves the board's pose: by the twist in base_link
         self._place = 0          # among LOOPS, of the newest trusted line's loop
         self._lengths = {}       # [periods] of the loop at each place, by the arrivals
-        self._strange = 0        # lines in a row that follow neither
+        self._strange = 0        # lines in a row that follow neither the newest trusted one nor the one before them
         self.misfit = self.complaint = self._board_wheels.misfit
 
     def read_line(self, text, now):
@@ -145,7 +143,7 @@ class Robotont2(Protocol):
         return []
 
     def _read_pose(self, line, now):
-        """Trust a line that follows the newest trusted one, or the one before it: there is no checksum."""
+        """Trust a line that follows the newest trusted one, or whatever line came before it: there is no checksum."""
         self.check_reach(self._board_wheels.edges(newest_loop(line, self._move)[1]))
         self._regular = self._regular + 1 if EARLY < (now - self._came) / PERIOD < LATE else 0
         self._came = now
@@ -172,7 +170,7 @@ class Robotont2(Protocol):
         for each, came in self._waiting:
             loops = 1 if self._follows(self._last[0], each) else self._loops(came)
             more, rough = gap(self._last[0], each, loops, self._move)
-            if each is line or largest(self._board_wheels.edges(rough)) < SMOOTH * loops * self._usual:
+            if each is line or largest(self._board_wheels.edges(rough)) < SMOOTH * loops * self._most:
                 steps += self._trust(each, came, more)
         self._waiting = []
         return [Packet([round(edge, DECIMALS) for edge in each], format_packet(each, DECIMALS)) for each in steps]
@@ -200,7 +198,7 @@ class Robotont2(Protocol):
         """
         last, at = self._last
         ways = [self._board_wheels.edges(gap(start, line, 1, self._move)[0][0]) for start in (last, ORIGIN)]
-        lost, restarted = (largest(edges) <= self._usual * ((now - at) / PERIOD + JITTER) for edges in ways)
+        lost, restarted = (largest(edges) <= self._most * ((now - at) / PERIOD + JITTER) for edges in ways)
         if not lost and not restarted:
             raise PacketError("inconsistent", "old lines: their poses are farther away than the motors can go")
         self.doubts += lost and restarted and largest(map(float.__sub__, *ways)) > NEGLIGIBLE
@@ -217,7 +215,7 @@ class Robotont2(Protocol):
         lengths = self._lengths_of(len(steps), (now - at) / PERIOD / len(steps))
         made = at + sum(lengths) * PERIOD
         self._last = line, min(made + (now - made) / MEMORY, now)
-        too_many = max(0, round((made - now) / PERIOD))  # were counted, for nothing arrives before it is made
+        too_many = max(0, round((made - now) / PERIOD))  # loops: nothing arrives before it is made
         self._place = (self._place - too_many) % LOOPS
         self.repaired += len(steps) - 1
         return [[edge * length for edge in self._board_wheels.edges(step)] for step, length in zip(steps, lengths)]
@@ -239,7 +237,7 @@ class Robotont2(Protocol):
         return [1.0 + longer * (self._lengths.get(place) == longest) for place in places]
 
     def encode(self, command):
-        """`MS:` with the rim speeds, all scaled by one factor to `fastest`; `RS:0:0:0` at rest."""
+        """`MS:` with the rim speeds, scaled by one factor where one is faster than `fastest`; `RS:0:0:0` at rest."""
         speeds = self._board_wheels.board_speeds(command)
         fastest = largest(speeds)
         factor = min(1.0, self.fastest / max(fastest, STANDING))
@@ -297,11 +295,11 @@ def newest_loop(line, move):
 
 
 def gap(last, line, loops, move):
-    """(list of the steps in base_link that some loops have made between two lines, how rough they are, a step).
+    """(list of the steps in base_link that some loops have made between two lines, a step: how rough they are).
 
     A line tells the newest step, too, and with it the pose before. From there back to `last` the steps change evenly
     from that line's newest to this one's, and more in the middle by what is missing then: with one lost line nothing
-    is guessed. The board turns each step by the yaw before it.
+    is guessed. The board turns each step by the yaw before it. Rough is the mean that was added in the middle.
     """
     if loops < 2:  # or not known: as if all steps were alike
         forward, left, turn = between(last[:3], line[:3])

@@ -37,8 +37,7 @@ def _explain(text, wheels):
     for field in body.split(":"):
         if not re.fullmatch(_NUMBER, field):
             return PacketError("number", f"{field[:20]!r} is not a number of up to 7 digits, in {text[:40]!r}")
-    return PacketError(
-        "fields", "{} fields instead of {} in {!r}".format(body.count(":") + 1, wheels, text[:40]))
+    return PacketError("fields", f"{body.count(':') + 1} fields instead of {wheels} in {text[:40]!r}")
 
 
 class Plain(Protocol):

@@ -116,8 +116,7 @@ class Protocol:
                 self.dropped["not ascii"] += 1
                 self.newest_error = "bytes outside ASCII"
         if self._splitter.overlong:
-            self.dropped["overlong"] += self._splitter.overlong
-            self._splitter.overlong = 0
+            self.dropped["overlong"] = self._splitter.overlong
         self.packets += len(packets)
         return packets
 
@@ -126,7 +125,7 @@ class Protocol:
         raise NotImplementedError
 
     def encode(self, command):
-        """Bytes of one line for a command, a `Packet`."""
+        """Bytes for a command, a `Packet`: its line, behind a question where the board is to answer one."""
         raise NotImplementedError
 
     def stop(self):

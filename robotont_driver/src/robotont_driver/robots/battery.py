@@ -7,7 +7,7 @@ import numpy as np
 
 from robotont_driver.parameters.parameters import ParameterError, fault
 
-LOW, EMPTY = 0.15, 0.05  # charge at which it is to be charged; at which a robot gets no new goals
+LOW, EMPTY = 0.15, 0.05  # charge at which it is to be charged; at which the fleet gives a robot no new goals
 REST = 30.0              # [s] of which the highest voltage counts: motors pull it down only while they work
 ABSENT = 0.6             # of the lowest voltage, below which no battery is connected to what measures
 

@@ -22,7 +22,7 @@ class PacketTopic:
         self._name = name
 
     def advertise(self):
-        """A function that publishes a `Packet`, which is in the subscribers' sockets when it returns."""
+        """A function that publishes a `Packet`, which is in the sockets of those who have room when it returns."""
         self._publisher = DroppingPublisher(self._name, String)
         return self._publish
 

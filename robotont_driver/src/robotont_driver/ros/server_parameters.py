@@ -19,7 +19,7 @@ COMMON_PARAMETERS = (
 def running_wheels(namespace):
     """`Wheels` of the robot that runs in a namespace, from its parameters. Raises ParameterError.
 
-    Not by rospy.get_param: in a process that has logged a line, "/" is there only what rospy's logging looked up.
+    Not by rospy.get_param: once a process has logged a line, that has of "/" only what rospy's logging looked up.
     """
     try:
         given = rosgraph.Master(rospy.get_name()).getParam(namespace)
@@ -49,7 +49,7 @@ def private_parameters(table, node="~"):
 class KeptParameter:
     """Writes `value()` in a thread of its own after each change, the newest only: the master may take its time.
 
-    name: relative to the namespace. Values that count as false are not repeated: a new master has none.
+    And every AGAIN [s], but for values that count as false: a new master has none. name: relative to the namespace.
     """
 
     def __init__(self, name, value):

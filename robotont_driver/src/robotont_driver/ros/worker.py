@@ -26,7 +26,7 @@ def read_clocks():
 
 
 class Worker(threading.Thread):
-    """A thread that calls `work` again and again; `work` returns for how long [s] to rest (at most)."""
+    """A thread that calls `work` again and again; `work` returns for how long [s] to rest, at least."""
 
     def __init__(self, work):
         super().__init__(daemon=True)

@@ -1,4 +1,4 @@
 """What rospy does not do, or does wrong: its private parts, its end, its log, its publishers, outages of the network.
 
-A reader of the driver need not open it. In and out go rospy's own objects.
+In and out go rospy's own objects.
 """

@@ -1,4 +1,4 @@
-"""Imported before all else by each program: Ctrl-C while it loads ends it without a traceback."""
+"""Imported before all else by each program: Ctrl-C ends it without a traceback, also while it loads."""
 
 import sys
 

@@ -1,7 +1,7 @@
-"""All that this stack uses of rospy and actionlib beside their public interface, each with its reason.
+"""Private parts of rospy and actionlib that this stack uses, each with its reason.
 
-`test_rospy_internals.py` fails when one of them changes, ruff (SLF001) when another module uses more. What is used of
-tornado stands in `robotont_teleop/web/websocket_frames.py`.
+`test_rospy_internals.py` fails when one of them changes. Its siblings here use more of rospy's topics; elsewhere ruff
+(SLF001) refuses names that begin with `_`. What is used of tornado stands in `robotont_teleop/web/websocket_frames.py`.
 """
 
 import contextlib

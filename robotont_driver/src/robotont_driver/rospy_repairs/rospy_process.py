@@ -17,9 +17,9 @@ import rospy
 from robotont_driver.rospy_repairs import rospy_internals
 
 MASTER_WITHIN = 10.0  # [s] for which a node waits for a master
-FAREWELL = 3.0  # [s] for the last messages and for the master to hear of the end; roslaunch and systemd wait for 10
-TOOLS_FAREWELL = 2.0  # [s] likewise, of a tool ...
-TOOLS_END = 15.0  # [s] ... which then ends by itself, with its own exit status, also on a busy computer
+FAREWELL = 3.0  # [s] for the last messages, and for the master to hear of the end; who ends a node waits longer
+TOOLS_FAREWELL = 2.0  # [s] likewise, of a tool, which then ends by itself, with its own exit status, ...
+TOOLS_END = 15.0  # [s] ... or at the latest with 1, as on a busy computer
 
 
 def init_tool(name):

@@ -1,8 +1,8 @@
 """Connects to publishers on other machines anew when the network to them comes back.
 
 After an outage of T seconds TCP sends again only up to T seconds later, for it doubles its pause with every failed
-attempt. A new connection needs a fraction of a second. Nothing here keeps a connection from being made or a message
-from being heard; what it takes for an outage in error costs a new connection.
+attempt. A new connection needs a fraction of a second. The old one still delivers, late, unless MOST_OLD are newer.
+What is taken for an outage in error costs a new connection.
 """
 
 import contextlib
@@ -25,7 +25,7 @@ MOST_OLD = 4         # of these, of a publisher that does not end them
 class OutageWatch:
     """Looks at the machines of publishers; `look` is called again and again, returns how long to rest [s].
 
-    clock: returns the time [s]. subscribers: they may lose no message. So their old connections still deliver, late.
+    clock: returns the time [s]. subscribers: those whose connections are made anew.
     """
 
     def __init__(self, clock, subscribers):

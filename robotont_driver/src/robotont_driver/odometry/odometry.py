@@ -183,9 +183,9 @@ class WheelOdometry:
         return self.pose.covariance.plus(end.propagated(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0))))
 
     def update(self, counts, elapsed, stamp=0, slips=None):
-        """Take one packet, n counts [edges per PID period], `elapsed` [s] after the one before.
+        """Take one packet, n counts or speeds [edges per PID period], `elapsed` [s] after the one before.
 
-        `elapsed` matters only when the period is 0, `stamp` [ns] only with a gyro, on whose clock it is. slips: n
+        `elapsed` matters only for speeds, `stamp` [ns] only with a gyro, on whose clock it is. slips: n
         variances [edges^2] of wheels that may slip.
         """
         step, covariance = self._step(counts, slips)

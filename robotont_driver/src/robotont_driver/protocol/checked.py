@@ -139,7 +139,7 @@ class Checked(Protocol):
         return self.health.report()
 
     def encode(self, command):
-        """The packet with its CRC. A board that is unknown, or must not be driven, gets zeros instead."""
+        """The packet with its CRC; zeros to a board that has sent none, is unknown, or must not be driven."""
         if self.health.wants_identity:
             return QUESTION + self._zeros
         return self._zeros if self.obstacle or not self.packets else add_checksum(command.text)

@@ -37,7 +37,7 @@ def running_wheels(namespace):
 
 
 def private_parameters(table, node="~"):
-    """The parameters of a node of this process by name, also under the official driver's. Raises ParameterError."""
+    """The parameters of a node of this process by name, or by the official driver's. Raises ParameterError."""
     given = rospy.get_param(node, {})
     if not isinstance(given, dict):
         raise ParameterError([fault("~", given, "parameters by name, as in `publish_rate: 20.0`: is a line missing?")])

@@ -121,7 +121,8 @@ class Guard:
         spokes = bend + 1j * side * points / (complex(*twist[:2]) / speed)  # from its middle, with the robot at `bend`
         enters, meets = ((bend ** 2 + abs(spokes) ** 2 - ring ** 2) / np.maximum(2 * bend * abs(spokes), 1e-9)
                          for ring in (np.maximum(rings, width), width))  # cosines of the turn from there to the point
-        turns = side * np.angle(spokes) % (2 * math.pi) - np.arccos(np.clip(enters, -1.0, 1.0))
-        ways = np.where(meets > 1.0, math.inf, np.maximum(turns, 0.0) * bend)
+        turns = side * np.angle(spokes) % (2 * math.pi) - np.arccos(np.clip((enters, meets), -1.0, 1.0))
+        chord = np.sqrt(np.maximum(rings ** 2 - width ** 2, 0.0))  # who bends away first comes into a ring for nothing
+        ways = np.where(meets > 1.0, math.inf, np.maximum(0.0, np.maximum(turns[0] * bend, turns[1] * bend - chord)))
         first = np.lexsort((abs(points), ways))[0]
         return float(ways[first]), complex(points[first])

@@ -1,7 +1,8 @@
 """Holds what a wheel counts against what it is driven with, by four rules; each finds what a healthy wheel does not do.
 
-    NO_COUNTS  driven with half of what a load may need, slowly with three quarters, for 300 ms, in which it makes less
-               than a quarter of the way that is wanted, and at least six edges of that are missing
+    NO_COUNTS  driven with half of what a load may need for 300 ms, in which it makes less than a quarter of the way
+               that is wanted, and at least six edges of that are missing; a slow wheel turns late: three quarters, and
+               less than an eighth
     WRONG_WAY  driven one way, and counting the other way, for 450 ms: longer than a push
     TOO_MANY   more counts than the motor can make, for three control periods
     NOISE      counts to and fro, nine turns within a second or two, while it stands without effort
@@ -57,7 +58,8 @@ def drive_fault(numbers, wished: int, speed: int, push: int, periods: int) -> in
     if wished < 0:
         wished, speed, push = 0 - wished, 0 - speed, 0 - push
     load, still, missing = n[_LOAD], n[STILL], 0
-    needs = load - (load >> 2) if wished < n[_FOLLOWS] else load >> 1  # a slow one turns late
+    slow = wished < n[_FOLLOWS]
+    needs = load - (load >> 2) if slow else load >> 1
     judged = push - n[_STATIC] > needs and wished > 0 and speed >= 0 - n[_FOLLOWS]
     if judged or still > 0:
         edge = n[_EDGE]
@@ -67,7 +69,7 @@ def drive_fault(numbers, wished: int, speed: int, push: int, periods: int) -> in
         else:
             still -= periods
         made = made if made + edge > 0 else 0 - edge  # an edge back is a tremor, more are no way that is missing
-        missing = wanted - 4 * (made if made > 0 else 0)
+        missing = wanted - (8 if slow else 4) * (made if made > 0 else 0)
         if missing <= 0:
             still = 0
         n[STILL] = still if still > 0 else 0

@@ -68,6 +68,21 @@ def test_slower_than_5_units_a_wheel_without_encoder_creeps_and_stops():
             assert fastest <= units + CREEP, (kind, units, fastest)
 
 
+def test_a_slow_wheel_beside_fast_ones_is_found_whatever_its_encoder_misses():
+    for kind, most in ((UNPLUGGED, 1.2), (HALF, 8)):
+        for line in ("0.30:-50.00:25.00", "0.50:-0.50:0.25"):
+            robot, seconds = Robot(), 0
+            robot.board.motors[0].encoder = kind
+            while seconds == 0 or robot.newest()[3][0] != NO_COUNTS:
+                if round(seconds * 50) % 3 == 0:
+                    robot.send(line)
+                robot.board.sent = b""
+                robot.tick(1)
+                seconds += 0.02
+                assert seconds <= most, (kind, line)
+                assert abs(robot.board.motors[0].speed) / MICRO <= CREEP + 1, (kind, line)
+
+
 def test_a_motor_without_current_is_named():
     robot = Robot()
     robot.board.motors[2].powered = False

@@ -38,7 +38,7 @@ stands its default, behind the meaning what is allowed.
 A node reads its parameters once, as it starts. After `rosparam set`, `rosnode kill NODE` applies it where roslaunch
 starts the node again. With `composed:=true` the driver's three nodes are one, `/robotont_node`: its topics and
 parameters are theirs, but it takes no `serial_write` or `serial_read` of other processes. A wrong value ends the node
-with a message. What belongs to a robot stands in [its folder](robots.md).
+with a message that says what is allowed. What belongs to a robot stands in [its folder](robots.md).
 """
 SYSTEMS = """
 ## Systems
@@ -66,7 +66,7 @@ def allowed(one):
     """What a parameter may be, in short: a text and a switch say it by their defaults."""
     if not one.is_numeric:
         return ""
-    return f"{one.minimum:.10g} to {one.maximum:.10g}" + (f": {one.reason}" if one.reason else "")
+    return f"{one.minimum:.10g} to {one.maximum:.10g}"  # the reason is in the message that refuses another value
 
 
 def parameters(place, table):

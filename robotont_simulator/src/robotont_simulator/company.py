@@ -10,8 +10,8 @@ from robotont_driver.parameters.parameters import Parameter
 from robotont_simulator.world import WorldError
 
 APART = 0.5  # [m] between the starts, to the left of the first
-ROBOTS = Parameter("robots", 1, "in this world: robot1, robot2, ...; this namespace is one of them, and they see and "
-                   "touch each other", minimum=1, maximum=9)
+ROBOTS = Parameter("robots", 1, "in this world: robot1, robot2, ...; this namespace is one of them",
+                   minimum=1, maximum=9)
 
 
 def numbers(robots, namespace):

@@ -18,6 +18,7 @@ from robotont_calibration.calibration_runs import errors_along
 from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.odometry_report import main as odometry_report
 from robotont_calibration.recording_files import read_recording, write_csv
+from robotont_calibration.recordings import Recording
 from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.wheel_params import read_wheels
@@ -231,3 +232,15 @@ def test_a_run_is_kept_when_its_user_quits_at_the_question(tmp_path, monkeypatch
         calibration_guide._Robot.save(robot, tmp_path / "spin.csv")
     assert (tmp_path / "spin.csv").exists()
     assert f"RUN {tmp_path / 'spin.csv'}=X,Y,YAW" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("counts", "rests"), [
+    ([0.0], True), ([1, -1], True), ([-1, 0, 1], True), ([0.1] * 9 + [-0.9], True),  # a wheel that hunts for its edge
+    ([1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0], False), ([2, -2], False), ([1, 1, -1], False)])
+def test_a_robot_rests_when_no_wheel_gets_an_edge_away(counts, rests):
+    robot = calibration_guide._Robot.__new__(calibration_guide._Robot)
+    robot._recording = Recording()
+    for number in range(40):
+        robot._recording.packets.append((0.02 * number, (0, counts[number % len(counts)], 0)))
+        assert not robot._rests() or number >= 24
+    assert robot._rests() == rests

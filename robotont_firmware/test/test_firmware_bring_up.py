@@ -12,7 +12,7 @@ from robotont_calibration.bring_up import judge
 @pytest.mark.parametrize("wrong, status, found", [
     (False, 0, ["motor 0 is right", "motor 1 is right", "motor 2 is right"]),
     (True, 1, ["motor 0 is right", "motor 1 runs backward: swap DIRECTIONS[1]",
-               "motor 2 does not turn, or its encoder counts nothing"]),
+               "motor 2 does not turn, or its encoder counts too little (15 edges are a turn)"]),
 ])
 def test_each_motor_is_judged(monkeypatch, capsys, tmp_path, wrong, status, found):
     motors = [SimMotor() for _ in range(3)]
@@ -29,6 +29,12 @@ def test_each_motor_is_judged(monkeypatch, capsys, tmp_path, wrong, status, foun
     assert all(line.startswith(words) for line, words in zip(lines, found)), shown
 
 
+@pytest.mark.parametrize(("edges", "still"), [(1200, 14), (360, 4), (100, 3), (10000, 120)])
+def test_what_is_no_turn_follows_the_encoder(edges, still):
+    assert "does not turn" in judge(0, (still, 0, 0), (-still, 0, 0), edges)
+    assert judge(0, (still + 6, 0, 0), (-still - 6, 0, 0), edges) == ""
+
+
 @pytest.mark.parametrize(("forward", "backward", "words"), [
     ((0, 200, 0), (0, -200, 0), ""),
     ((0, -200, 0), (0, 200, 0), "runs backward: swap DIRECTIONS[1]"),
@@ -40,5 +46,5 @@ def test_each_motor_is_judged(monkeypatch, capsys, tmp_path, wrong, status, foun
     ((0, 200, 100), (0, -200, -90), "turns wheel 2, too"),
 ])  # fmt: skip
 def test_what_the_counts_mean(forward, backward, words):
-    assert words in judge(1, forward, backward)
-    assert bool(judge(1, forward, backward)) == bool(words)
+    assert words in judge(1, forward, backward, 1200)
+    assert bool(judge(1, forward, backward, 1200)) == bool(words)

@@ -9,7 +9,7 @@ from robotont_driver.protocol.board_status import TIMED_OUT, WAITS_FOR_ZERO
 from robotont_driver.protocol.checked import QUESTION, Checked, add_checksum
 from robotont_driver.protocol.protocol import format_packet
 
-MOVED = 15    # [edges] fewer in half a second are none
+MOVED, LEAST = 0.0125, 4  # [turns of a wheel], [edges]: what is less in half a second is none
 REST = 1.2    # [s] from an order until its wheel stands again
 PATIENCE = 3.0  # [s] for an answer
 QUESTIONS = """\
@@ -77,19 +77,20 @@ class BringUp:
             raise BringUpError(health.fault or "the board does not get ready to drive")
 
 
-def judge(wheel, forward, backward):
+def judge(wheel, forward, backward, edges_per_turn):
     """What is wrong with a motor, empty when nothing is; forward, backward: edges of all wheels in each drive."""
+    moved = max(LEAST, MOVED * edges_per_turn)
     other = next((other for other in range(len(forward)) if other != wheel and
-                  min(abs(forward[other]), abs(backward[other])) >= MOVED), None)
+                  min(abs(forward[other]), abs(backward[other])) >= moved), None)
     ahead, back = forward[wheel], -backward[wheel]
-    still = max(abs(ahead), abs(back)) < MOVED
+    still = max(abs(ahead), abs(back)) < moved
     faults = (
         (still and other is not None, f"turns wheel {other}, or its encoder is connected there: exchange plugs, or "
                                       f"lines {wheel} and {other} of ENCODERS"),
-        (still, "does not turn, or its encoder counts nothing: battery, motor driver, motor cable, encoder's cable and "
-                "supply"),
-        (ahead <= -MOVED and back <= -MOVED, f"runs backward: swap DIRECTIONS[{wheel}]"),
-        (min(ahead, back) < MOVED, f"turns one way only: one of its direction pins (DIRECTIONS[{wheel}]) or of its "
+        (still, f"does not turn, or its encoder counts too little ({moved:.0f} edges are a turn): battery, motor "
+                "driver, motor cable, encoder's cable and supply, a wheel on the floor"),
+        (ahead <= -moved and back <= -moved, f"runs backward: swap DIRECTIONS[{wheel}]"),
+        (min(ahead, back) < moved, f"turns one way only: one of its direction pins (DIRECTIONS[{wheel}]) or of its "
                                    "encoder's channels is not connected"),
         (max(ahead, back) > 2 * min(ahead, back), "turns much slower one way: friction, or a bad contact"),
         (other is not None, f"turns wheel {other}, too: a wheel touches the ground, or their pins are connected"),
@@ -98,11 +99,11 @@ def judge(wheel, forward, backward):
 
 
 def bring_up(tried, wheels, print_line):
-    """Try all motors by `tried`, a `BringUp`; whether all are right."""
+    """Try all motors of the `Wheels` by `tried`, a `BringUp`; whether all are right."""
     right = True
-    for wheel in range(wheels):
+    for wheel in range(wheels.amount):
         forward, backward = tried.turn(wheel, 1), tried.turn(wheel, -1)
-        fault = judge(wheel, forward, backward)
+        fault = judge(wheel, forward, backward, wheels.edges_per_turn)
         right = right and not fault
         print_line(f"motor {wheel} {fault or 'is right'} "
                    f"({forward[wheel]:+d} edges forward, {backward[wheel]:+d} backward)")

@@ -20,8 +20,9 @@ from robotont_driver.ros.server_parameters import running_wheels
 from robotont_driver.rospy_repairs.rospy_process import init_tool
 
 CONNECTING = 5.0  # [s] for the driver and the robot's packets
-RESTING = 25      # packets without a count: the robot stands
+RESTING = 25      # packets in which no wheel gets an edge away: the robot stands; one may go to and fro
 LONGEST_REST = 10.0  # [s] to wait for that
+RESTLESS = f"For {LONGEST_REST:g} s the robot did not stand still, or sent no packets"
 
 
 def guide(options, wheels):
@@ -71,9 +72,10 @@ def _one_run(robot, file, twists):
                      "q: no more runs. ")
         if answer in ("q", "s"):
             return answer
-        if robot.record(twists if answer != "m" else None):
+        why = robot.record(twists if answer != "m" else None)
+        if not why:
             return str(file) + robot.save(file)
-        print("\nStopped by Ctrl-C. This run does not count; put the robot back on its mark.")
+        print(f"\n{why}. This run does not count; put the robot back on its mark.")
 
 
 def ask(question):
@@ -120,7 +122,7 @@ class _Robot:
     def record(self, twists):
         """Record a run: one of `twists`, driven here, or one that the user drives until Enter.
 
-        False when Ctrl-C stopped the robot. Raises ValueError when nothing listens to the commands.
+        Returns why the run does not count, "" when it does. Raises ValueError when nothing listens to the commands.
         """
         if twists is not None:
             self._wait(self._command.get_num_connections, CONNECTING,
@@ -129,13 +131,13 @@ class _Robot:
         if twists is None:
             ask("Recording. Drive it, stop it, then press Enter. ")
         else:
-            self._wait(self._rests, LONGEST_REST, "a robot that stands still")  # the first stamps are rough
+            if not until(self._rests, LONGEST_REST):  # the first stamps are rough
+                return RESTLESS
             try:
                 self._drive(twists)
             except KeyboardInterrupt:
-                return False
-        self._wait(self._rests, LONGEST_REST, "a robot that stands still")
-        return True
+                return "Stopped by Ctrl-C"
+        return "" if until(self._rests, LONGEST_REST) else RESTLESS
 
     def _drive(self, twists):
         message = Twist()
@@ -149,7 +151,8 @@ class _Robot:
 
     def _rests(self):
         newest = self._recording.packets[-RESTING:]
-        return len(newest) == RESTING and not any(any(counts) for _, counts in newest)
+        ways = np.cumsum([counts for _, counts in newest], axis=0)
+        return len(newest) == RESTING and np.ptp(ways, axis=0).max() <= 1.0
 
     def save(self, file):
         """Write the run; returns the suffix that calibrate_wheels expects after the file's name."""
@@ -171,8 +174,13 @@ class _Robot:
 
     @staticmethod
     def _wait(condition, seconds, what):
-        end = time.monotonic() + seconds
-        while not condition():
-            if time.monotonic() > end:
-                raise ValueError(f"waited {seconds:g} s for {what}; is the robot running?")
-            time.sleep(0.02)
+        if not until(condition, seconds):
+            raise ValueError(f"waited {seconds:g} s for {what}; is the robot running?")
+
+
+def until(condition, seconds):
+    """Wait for a condition; whether it has come in time."""
+    end = time.monotonic() + seconds
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.02)
+    return condition()

@@ -72,7 +72,7 @@ def try_motors(line, wheels):
     """Drive one motor after another; whether all are right."""
     tried = BringUp(line, wheels)
     tried.prepare()
-    return bring_up(tried, wheels.amount, show)
+    return bring_up(tried, wheels, show)
 
 
 def drive(port, wheels):

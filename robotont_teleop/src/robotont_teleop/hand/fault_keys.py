@@ -12,7 +12,7 @@ FAULTS = tuple((key, re.compile(task + "$"), re.compile(words)) for key, task, w
     ("board_silent", "link", r"but no packets|silent"),
     ("board_unknown", "link", r"none is a packet|not the robot|another board"),
     ("wrong_rate", "link|stamps", r"pidControlFrequency"),
-    ("line_noisy", "link", r"lines dropped|lines lost|packets lost"),
+    ("line_noisy", "link", r"lines (dropped|(are )?lost)|packets lost"),
     ("program_fault", ".*", r"please report it|a fault of this program"),
     ("battery_low", "board|battery", r"battery|charge it"),
     ("board_fault", "board", r"motor|wheel|fault|watchdog|encoder"),

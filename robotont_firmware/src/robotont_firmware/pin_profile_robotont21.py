@@ -20,6 +20,7 @@ MAX_LOAD = 300  # [effort] little: with it a free wheel turns faster and faster,
 MAX_EFFORT = 1000  # [effort] 25 % duty, the official limit
 MAX_SPEED = 165  # [1/1000 of the no-load speed] 0.3 m/s, the official limit
 DISTANCE = 145000  # [um] of the wheels from the middle
+INERTIA = 556000  # [g cm^2] about the vertical through the middle
 
 ENCODERS = (  # A pin, B pin, timer (channels 1 and 2), alternate function
     ("PA0", "PA1", 2, 1),  # A moved from PC5, B from PA12

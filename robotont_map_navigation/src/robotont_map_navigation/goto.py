@@ -23,8 +23,9 @@ from robotont_map_navigation.goto_client import PATIENCE, GoTo
 
 TERMINAL_PERIOD, LOG_PERIOD = 0.2, 2.0  # [s] between two lines of progress on a terminal and in a file
 EXIT_STATUS = """exit status: 0 reached; 1 move_base gave up; 2 wrong arguments; 3 no move_base, or it died;
-4 another goal took its place; 5 --timeout; 6 no such place on the map, or no way to it; 7 as near as possible, but
-not there; 8 the robot does not know where it is; 130 Ctrl-C (the goal is cancelled first)"""
+4 another goal took its place; 5 --timeout; 6 refused: no such place on the map, no way to it, or an emergency stop is
+pressed; 7 as near as possible, but not there; 8 the robot does not know where it is; 130 Ctrl-C (the goal is cancelled
+first)"""
 
 
 class Display:

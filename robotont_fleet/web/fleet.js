@@ -6,7 +6,6 @@ import {languageButton, speak, text} from "./texts.js";
 
 const PERIOD = 500, PATIENCE = 2000, OLD = 2000, RETRY = 100, STILL = 3000, TOAST = 5000;  // [ms]
 const LEVELS = {"": 0, warning: 1, low: 1, held: 1, silent: 3, gone: 3};  // of a need; the others: 2
-const DRIVERS = ["hand", "navigation", "default"];  // of cmd_vel_mux
 const unsent = new Map(); // presses of STOP that have not arrived, by the robot's name, "" for all
 const map = new FleetMap($("map"));
 let cards = new Map();    // by the robot's key
@@ -94,8 +93,7 @@ function fill(card, robot) {
   write(find(".age"), age(robot.age));
   write(find(".charge"), chargeOf(robot.battery));
   write(find(".words"), words(robot));
-  // that the mux lets nobody drive does not say that nobody does: a program may publish past it
-  write(find(".now"), sentences([DRIVERS.includes(robot.driven_by) && text("driven_by", robot.driven_by),
+  write(find(".now"), sentences([robot.driven_by && text("driven_by", robot.driven_by),
     robot.speed && `${robot.speed[0].toFixed(2)} m/s`, robot.frame !== "map" && text("not_on_map")], " · "));
   find(".goal").disabled = !robot.present || robot.frame !== "map";
   find(".cancel").disabled = !robot.present;

@@ -7,6 +7,7 @@ LARGEST_ORDER, LARGEST_STATE, LARGEST_VALUES = 512, 16384, 1 << 18  # [bytes]
 LONGEST = 200       # letters of a word
 MOST = 1e15         # beyond, a number is none: not each of 400 digits fits into a float
 FARTHEST = 1000.0   # [m] of a goal
+DRIVERS = ("hand", "navigation", "default")  # that the mux lets nobody drive does not say that no program does past it
 CONFIRMED = 8       # stops that a robot can stand by at the same time, of as many pages
 # The kinds of orders with what each must name, from a browser to the page's server, and from there to a robot
 TO_PAGE = {"stop": (), "release": ("newest",), "cancel": ("name",), "goal": ("name", "id", "seen", "x", "y")}
@@ -36,7 +37,8 @@ def read_state(payload):
         worst, battery = given["worst"], given["battery"]
         return {"id": _text(given["id"]), "number": _whole(given["number"]), "frame": _text(given["frame"]),
                 "pose": _numbers(given["pose"], 3), "speed": _numbers(given["speed"], 2),
-                "driven": number(given["driven"]), "driven_by": _text(given["driven_by"]),
+                "driven": number(given["driven"]),
+                "driven_by": given["driven_by"] if given["driven_by"] in DRIVERS else "",
                 "driver": given["driver"] is True, "stopped": _text(given["stopped"]),
                 "confirmed": [_word(one) for one in given["confirmed"][:CONFIRMED]],
                 "worst": worst and {"level": _whole(worst["level"]), **{

@@ -12,7 +12,7 @@ from robotont_calibration.bring_up import judge
 @pytest.mark.parametrize("wrong, status, found", [
     (False, 0, ["motor 0 is right", "motor 1 is right", "motor 2 is right"]),
     (True, 1, ["motor 0 is right", "motor 1 runs backward: swap DIRECTIONS[1]",
-               "motor 2 does not turn, or its encoder counts too little (15 edges are a turn)"]),
+               "motor 2 does not turn, or its encoder counts less than 15 edges"]),
 ])
 def test_each_motor_is_judged(monkeypatch, capsys, tmp_path, wrong, status, found):
     motors = [SimMotor() for _ in range(3)]

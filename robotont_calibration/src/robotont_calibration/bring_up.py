@@ -87,7 +87,7 @@ def judge(wheel, forward, backward, edges_per_turn):
     faults = (
         (still and other is not None, f"turns wheel {other}, or its encoder is connected there: exchange plugs, or "
                                       f"lines {wheel} and {other} of ENCODERS"),
-        (still, f"does not turn, or its encoder counts too little ({moved:.0f} edges are a turn): battery, motor "
+        (still, f"does not turn, or its encoder counts less than {moved:.0f} edges: battery, motor "
                 "driver, motor cable, encoder's cable and supply, a wheel on the floor"),
         (ahead <= -moved and back <= -moved, f"runs backward: swap DIRECTIONS[{wheel}]"),
         (min(ahead, back) < moved, f"turns one way only: one of its direction pins (DIRECTIONS[{wheel}]) or of its "

@@ -17,13 +17,16 @@ from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.sensor_view import FAN
 from robotont_teleop.mux.guard import Guard
 
+DECELERATION = 1.5  # [m/s^2] where the driver has no limit of its own
+
 
 def make_guard(blind_speed, guard=None):
     """A guard that hears its sensors, or `guard`, for the robot that runs now; None without one, or where negative."""
     with contextlib.suppress(ParameterError):
         if blind_speed >= 0.0:
             wheels = running_wheels(rospy.get_namespace())
-            guard = guard or SensingGuard(wheels, blind_speed)
+            if not guard:
+                return SensingGuard(wheels, blind_speed)
             guard.measure(wheels)
     return guard
 
@@ -32,7 +35,7 @@ class SensingGuard(Guard):
     """Hears `odom`, `scan` and `range`; where sensors are by /tf_static alone: /tf has 100 readings per second."""
 
     def __init__(self, wheels, blind_speed):
-        super().__init__(body(wheels), 1.5, blind_speed)
+        super().__init__(body(wheels), DECELERATION, blind_speed)
         self.measure(wheels)
         self._frames = tf2_ros.BufferCore()
         for topic, kind, callback in (("/tf_static", TFMessage, self._on_static), ("odom", Odometry, self._on_odom),
@@ -44,7 +47,7 @@ class SensingGuard(Guard):
         limits = [rospy.get_param(f"driver_node/max_linear_{limit}eleration", 0.0) for limit in ("acc", "dec")]
         limits = [limit for limit in limits if is_number(limit) and limit]  # driver_node refuses what is none
         self._base_frame = rospy.get_param("odom_node/base_frame", "base_link").lstrip("/")
-        self._body, self._braking = body(wheels), min(limits, default=1.5)  # [m/s^2]; without a limit of its own
+        self._body, self._braking = body(wheels), min(limits, default=DECELERATION)
 
     def _on_static(self, message):
         for transform in message.transforms:

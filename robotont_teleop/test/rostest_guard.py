@@ -57,9 +57,9 @@ class GuardTest(NodeTest):
         self.commands.clear()
         return wait_for(passed, f"{wanted}", period=0.05)
 
-    def test_1_without_a_sensor_it_drives_as_commanded(self):
-        self.wait_for_status(STATUS, OK, "does not interfere")
-        self.drive((0.8, 0.0, 0.0), lambda command: command == (0.8, 0.0, 0.0))
+    def test_1_before_a_scanner_has_spoken_it_is_slow(self):
+        self.wait_for_status(STATUS, OK, "at most 0.30 m/s where no sensor sees: ahead")
+        self.drive((0.8, 0.0, 0.0), lambda command: 0.0 < command[0] < 0.31)
 
     def test_2_a_hand_stops_before_what_is_in_the_way_and_drives_on_beside_it(self):
         near = (lambda: self.look(behind=0.2)), (lambda: self.look(left=0.06)), (lambda: self.look(beside=0.21))
@@ -117,6 +117,8 @@ class GuardTest(NodeTest):
         for key in ("wheelAmount", "wheelRads", "wheelDistanceFromCenter", "wheelRadius", "gearboxReductionRatio",
                     "encoderEdgesPerMotorRevolution", "pidControlFrequency"):
             rospy.set_param("late/" + key, rospy.get_param(key))
+        self.wait_for_status(name, OK, "no scan and no range: does not interfere")
+        self.drive((0.8, 0.0, 0.0), lambda command: command == (0.8, "late"), hand=hand)
         self.scan, self.odom = self.publisher("late/scan", LaserScan), self.publisher("late/odom", Odometry)
         self.drive((0.8, 0.0, 0.0), lambda command: command == (0.0, "late"), lambda: self.look(behind=0.2), hand)
 

@@ -70,7 +70,7 @@ class Guard:
     def limit(self, twist, now):
         """The twist, or a slower one in the same direction."""
         speed, pace = math.hypot(*twist[:2]), math.hypot(*self._moving[:2])
-        if not speed or not (self._readings or self._refused):
+        if not speed or not self._interferes():
             return twist
         bend = max(-math.pi, min(twist[2] / 2 * (speed / self._braking + REACTION), math.pi))
         seen = self._seen(math.atan2(twist[1], twist[0]), bend, now)
@@ -87,12 +87,16 @@ class Guard:
     def report(self, now):
         """(whether all is well, what it knows, in words)."""
         wrong = [f"{one} cannot be used: {why}" for one, (at, why) in list(self._refused.items()) if now - at < LONGEST]
-        if wrong or not (self._readings or self._refused):
+        if wrong or not self._interferes():
             return not wrong, "; ".join(wrong) or "no scan and no range: does not interfere"
         if self._seen(0.0, 2 * math.pi, now) > 0.0:
             return True, "sees all around"
         dark = ", ".join(side for turn, side in enumerate(SIDES) if self._seen(turn * math.pi / 2, 0.0, now) <= 0.0)
         return True, f"at most {self._blind_speed:.2f} m/s where no sensor sees: {dark or 'in some directions'}"
+
+    def _interferes(self):
+        """Whether there is a sensor."""
+        return bool(self._readings or self._refused)
 
     def _stopping(self, way):
         """[m/s] from which the robot stops within a way [m]."""

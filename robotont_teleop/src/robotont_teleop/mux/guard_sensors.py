@@ -38,9 +38,10 @@ class SensingGuard(Guard):
         super().__init__(body(wheels), DECELERATION, blind_speed)
         self.measure(wheels)
         self._frames = tf2_ros.BufferCore()
-        for topic, kind, callback in (("/tf_static", TFMessage, self._on_static), ("odom", Odometry, self._on_odom),
-                                      ("scan", LaserScan, self._on_scan), ("range", Range, self._on_range)):
-            rospy.Subscriber(topic, kind, callback, queue_size=16, tcp_nodelay=True)
+        *_, self._scan = (rospy.Subscriber(topic, kind, callback, queue_size=16, tcp_nodelay=True)
+                          for topic, kind, callback in (
+                              ("/tf_static", TFMessage, self._on_static), ("odom", Odometry, self._on_odom),
+                              ("range", Range, self._on_range), ("scan", LaserScan, self._on_scan)))
 
     def measure(self, wheels):
         """Another robot may run by now."""
@@ -48,6 +49,9 @@ class SensingGuard(Guard):
         limits = [limit for limit in limits if is_number(limit) and limit]  # driver_node refuses what is none
         self._base_frame = rospy.get_param("odom_node/base_frame", "base_link").lstrip("/")
         self._body, self._braking = body(wheels), min(limits, default=DECELERATION)
+
+    def _interferes(self):  # a scanner that is there has not spoken yet, or is dead; each board's `range` is there
+        return super()._interferes() or self._scan.get_num_connections() > 0
 
     def _on_static(self, message):
         for transform in message.transforms:

@@ -99,7 +99,8 @@ class GuardTest(NodeTest):
         self.wait_for_status(STATUS, OK)
 
     def test_6_others_and_a_mux_without_it_are_left_alone(self):
-        self.wait_for_status("cmd_vel_mux: who drives", OK, "drives: nobody")  # after the hand's rest
+        self.wait_for_status("cmd_vel_mux: who drives", WARN, "no driver_node hears its commands")
+        wait_for(lambda: self.values("cmd_vel_mux: who drives")["drives"] == "nobody", "the end of the hand's rest")
         for topic in ("cmd_vel/navigation", "cmd_vel/default"):
             sender = self.publisher(topic, Twist)
             self.drive((0.8, 0.0, 0.0), lambda command: command == (0.8, 0.0, 0.0), lambda: self.look(0.2), sender)

@@ -77,6 +77,7 @@ def test_each_key_has_words_in_the_product_that_it_knows(key):
     ("robot1/serial_com_node: link", "/dev/ttyACM0: No such file or directory".lower(), "port_missing"),
     ("serial_com_node: link", "port open, but no packets: is the firmware running, at this baudrate?", "board_silent"),
     ("serial_com_node: board", "the battery is low at 9.9 V: charge it", "battery_low"),
+    ("cmd_vel_mux: who drives", "no driver_node hears its commands", "no_driver"),
     ("cmd_vel_mux: who drives", "/a also on cmd_vel: commands may mix; use cmd_vel/default", "other_publisher"),
     ("serial_com_node: link", "60 packets come per second instead of 50 (pidControlFrequency)", "wrong_rate"),
     ("odom_node: stamps", "periods are +3 % longer than pidControlFrequency or more: stamps may be off", "wrong_rate"),

@@ -22,6 +22,7 @@ FAULTS = tuple((key, re.compile(task + "$"), re.compile(words)) for key, task, w
     ("other_publisher", "who drives", r"also on cmd_vel"),
     ("other_sender", "who drives", r"ignored: "),
     ("barred", "who drives|command stream", r"must stop once"),
+    ("no_driver", "who drives", r"no driver_node"),
     ("refused", "who drives|command stream", r"refused|NaN|not finite"),
     ("in_the_way", "guard", r"in the way"),
     ("guard_blind", "guard", r"cannot be used|no sensor|no place|blind|sees"),

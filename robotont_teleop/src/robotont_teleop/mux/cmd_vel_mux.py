@@ -74,11 +74,11 @@ class CmdVelMux:
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
         self._tell_driver()
         rospy.on_shutdown(self._stop)
-        pressed_by = rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, tcp_nodelay=True)
+        self._driver_node = rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, tcp_nodelay=True)
         heard += [rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1,
                                    tcp_nodelay=True) for name in self._timeouts]
         rospy.Subscriber("navigation/stand", Float32, self._on_stand, queue_size=1, tcp_nodelay=True)
-        Worker(OutageWatch(boot_time, [*heard, pressed_by]).look)
+        Worker(OutageWatch(boot_time, [*heard, self._driver_node]).look)
         rospy.Service("~give_back", Trigger, self._on_give_back)
         Worker(self._look_for_others)
         self._health = Health(robot_name(), {"who drives": self._report,
@@ -226,6 +226,8 @@ class CmdVelMux:
         if barred:
             return WARN, (f"{', '.join(barred)} must stop once after the emergency stop before driving; or call "
                           f"{rospy.get_name()}/give_back"), values
+        if not self._driver_node.get_num_connections():  # alone publishes who presses the stop
+            return WARN, "no driver_node hears its commands", values
         return OK, f"drives: {driver}", values
 
     def _report_guard(self):

@@ -447,13 +447,21 @@ def test_free_driving_in_the_room_has_no_false_stop(seed, minutes, nearest):
     drive = GuardedDrive(world.boxes, world.start, bounds=(nearest, SCAN_BOUNDS[1]))
     drive.drive(STOP, 0.4)
     held = false = 0
+    def gaps_on(pose, twist, way):
+        steps = np.arange(0.0, way, 0.02) / max(1e-3, math.hypot(*twist[:2]))
+        return [drive.gap(*compose(pose, arc(np.multiply(twist, step)))) for step in steps]
+
     def free(pose, twist):
-        """Whether the robot can stop comfortably on the way of the twist, and goes on seeing what it nears."""
+        """Whether the robot can stop comfortably on the way of the twist, and goes on seeing what it nears.
+
+        Beside what is too near to be measured no scan tells when to stop: the way is free as far as that hides things.
+        """
         speed = math.hypot(*twist[:2])
         needed = speed ** 2 / 2 / LIMITS.linear_acceleration + speed * (0.1 + 0.2) + 0.1
-        ways = np.arange(0.0, needed, 0.02)
-        gaps = [drive.gap(*compose(pose, arc(np.multiply(twist, way / speed)))) for way in ways]
-        return min(gaps) > 0.03 and min(gaps) > min(nearest + 0.03 - RADIUS, gaps[0] - 0.02)
+        hidden = nearest + 0.03 - RADIUS  # [m] between the footprint and what is hardly measured
+        now, *_ = gaps = gaps_on(pose, twist, needed)
+        return min(gaps) > max(0.03, min(hidden, now - 0.02)) and (
+            now > hidden or min(gaps_on(pose, twist, nearest)) > 0.03)
 
     for _ in range(round(minutes * 30)):
         speed, bearing = chance.choice(SPEEDS), chance.uniform(-math.pi, math.pi)

@@ -454,14 +454,14 @@ def test_free_driving_in_the_room_has_no_false_stop(seed, minutes, nearest):
     def free(pose, twist):
         """Whether the robot can stop comfortably on the way of the twist, and goes on seeing what it nears.
 
-        Beside what is too near to be measured no scan tells when to stop: the way is free as far as that hides things.
+        What it would touch is hidden for the last part of the way: beside what is hidden it has to stop before that.
         """
         speed = math.hypot(*twist[:2])
         needed = speed ** 2 / 2 / LIMITS.linear_acceleration + speed * (0.1 + 0.2) + 0.1
         hidden = nearest + 0.03 - RADIUS  # [m] between the footprint and what is hardly measured
         now, *_ = gaps = gaps_on(pose, twist, needed)
         return min(gaps) > max(0.03, min(hidden, now - 0.02)) and (
-            now > hidden or min(gaps_on(pose, twist, nearest)) > 0.03)
+            now > hidden or min(gaps_on(pose, twist, needed + hidden)) > 0.03)
 
     for _ in range(round(minutes * 30)):
         speed, bearing = chance.choice(SPEEDS), chance.uniform(-math.pi, math.pi)

@@ -32,13 +32,13 @@ HEAD = """<!-- Written by docs/draw_tables.py: `./robotont docs`. -->
 
 # Reference: nodes, parameters, launch files, systems
 
-Names of topics are relative: a namespace makes a second robot. Most nodes publish on `/diagnostics`. Beside a name
-stands its default, behind the meaning what is allowed.
+Names of topics are relative. Most nodes publish on `/diagnostics`, too. Beside a parameter stands its default, behind
+the meaning what is allowed.
 
-A node reads its parameters once, as it starts. After `rosparam set`, `rosnode kill NODE` applies it where roslaunch
-starts the node again. With `composed:=true` the driver's three nodes are one, `/robotont_node`: its topics and
-parameters are theirs, but it takes no `serial_write` or `serial_read` of other processes. A wrong value ends the node
-with a message that says what is allowed. What belongs to a robot stands in [its folder](robots.md).
+A node reads its parameters as it starts. After `rosparam set`, end it by `rosnode kill NODE`: roslaunch starts the
+robot's nodes again. A wrong value ends the node, with a message that says what is allowed. Your robot's values stand in
+[its folder](robots.md). With `composed:=true` the driver's three nodes are one, `/robotont_node`. It has their topics
+and parameters, but takes no `serial_write` or `serial_read` of other processes.
 """
 SYSTEMS = """
 ## Systems

@@ -23,11 +23,11 @@ PARAMETERS = (
               "the network, with the token only"),
     Parameter("port", 8100, "of the page", minimum=0, maximum=65535),
     Parameter("host_names", "", "further names of this computer in the page's address, separated by commas"),
-    Parameter("token_file", "", "file of the token, made at the first start; empty: robotont_teleop_token in "
+    Parameter("token_file", "", "file of the token, made where it is missing; empty: robotont_teleop_token in "
               "ROS_HOME"),
     Parameter("certificate", "", "file of a TLS certificate and its private key, for https; empty: http"),
-    Parameter("max_linear_speed", 0.5, "of a stick pushed to its rim", "m/s", minimum=0.01, maximum=100.0),
-    Parameter("max_angular_speed", 2.0, "of a stick pushed to its rim", "rad/s", minimum=0.01, maximum=100.0),
+    Parameter("max_linear_speed", 0.5, "the most, at the page's speed Fast", "m/s", minimum=0.01, maximum=100.0),
+    Parameter("max_angular_speed", 2.0, "likewise", "rad/s", minimum=0.01, maximum=100.0),
     Parameter("oldest_command", 0.2, "motion asked for longer ago is dropped", "s", minimum=0.02, maximum=2.0,
               reason="older commands surprise"),
     Parameter("dead_man", 0.25, "the robot stops after this long without a command of the page that drives it", "s",

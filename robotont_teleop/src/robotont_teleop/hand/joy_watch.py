@@ -74,7 +74,7 @@ class JoyWatch:
 
     def _report(self):
         if self._heard is None or boot_time() - self._heard > SILENT:
-            return WARN, "no gamepad: plug one in; may this user read /dev/input/js0 (group input)?", {}
+            return WARN, "no gamepad: plug one in; is this user in group input?", {}
         if self._gone:
             return WARN, "the gamepad is still, or out of reach: move a stick", {}
         return OK, "a gamepad", {}

@@ -215,20 +215,19 @@ class CmdVelMux:
             }
             refusal, self._refusal = self._refusal, ""
             pressed_by = self._pressed_by if arbiter.locked else ""
-        if pressed_by:
-            return WARN, f"emergency stop, pressed by {pressed_by}", values
-        if self._others and driver in self._timeouts:
-            return WARN, f"{', '.join(self._others)} also on cmd_vel: commands mix (cmd_vel:=cmd_vel/default)", values
-        if ignored:
-            return WARN, "ignored: " + "; ".join(ignored), values
-        if refusal:
-            return WARN, "command refused: " + refusal, values
-        if barred:
-            return WARN, (f"{', '.join(barred)} must stop once after the emergency stop before driving; or call "
-                          f"{rospy.get_name()}/give_back"), values
-        if not self._driver_node.get_num_connections():  # alone publishes who presses the stop
-            return WARN, "no driver_node hears its commands", values
-        return OK, f"drives: {driver}", values
+        warnings = (
+            pressed_by and f"emergency stop, pressed by {pressed_by}",
+            self._others and driver in self._timeouts and
+            f"{', '.join(self._others)} also on cmd_vel: commands mix (cmd_vel:=cmd_vel/default)",
+            ignored and "ignored: " + "; ".join(ignored),
+            refusal and "command refused: " + refusal,
+            barred and f"{', '.join(barred)} must stop once after the emergency stop before driving; or call "
+                       f"{rospy.get_name()}/give_back",
+            # driver_node alone publishes who presses the stop
+            not self._driver_node.get_num_connections() and "no driver_node hears its commands",
+        )
+        words = next(filter(None, warnings), "")
+        return (WARN, words, values) if words else (OK, f"drives: {driver}", values)
 
     def _report_guard(self):
         if not self._guard:

@@ -5,7 +5,6 @@ that alone explains it, by the commands too, is out, but never one of three; els
 """
 
 import math
-from collections import deque
 
 import numpy as np
 
@@ -46,7 +45,8 @@ class SlipSearch:
         powers = np.arange(self._size)  # what motors do in a block's packets: by what they did, and by its commands
         self._decay, self._follow = keep ** (powers[:, None] + 1), np.tril(
             (1 - keep) * keep ** np.subtract.outer(powers, powers))
-        self._blocks, self._packets, self._expected = deque(maxlen=LONG), [], np.zeros((1, self.wheels))
+        self._packets, self._expected = [], np.zeros((1, self.wheels))
+        self._blocks, self._turns = np.zeros((0, 4, self.wheels)), np.zeros((0, 3))  # of LONG blocks at most
         self.noise, self._learnt = np.array(FIRST), TRUST * np.eye(2) * max(1, self.wheels - 3)
         self._tests, self._shown, self._known = 0, 0.0, 0
         self.slipping, self.alike, self.slips, self.lagging, self.alarms = (), (), None, (), 0
@@ -63,8 +63,8 @@ class SlipSearch:
         self._known = 0 if None in commands else self._known + 1
         follows = commands if self._known else counts
         block, self._expected = self.block(np.array(counts), np.array(follows), self._expected)
-        self._blocks.append((block, np.array(turns).sum(axis=0)))
-        blocks, turns = map(np.array, zip(*self._blocks))
+        blocks = self._blocks = np.concatenate([self._blocks[1 - LONG:], block[None]])
+        turns = self._turns = np.concatenate([self._turns[1 - LONG:], np.array(turns).sum(axis=0)[None]])
         before = self.slipping, self.alike
         self._compare(blocks)
         if self.wheels > 3 or turns[-WINDOW:, 1].min() < UNKNOWN:
@@ -79,13 +79,13 @@ class SlipSearch:
         counts, commands: of a block's packets x n [edges]. All may have leading axes: many robots of a kind at once.
         """
         expected = self._decay * expected + self._follow @ commands
-        paths = np.stack([counts, np.abs(counts), expected, commands - expected], axis=-3).sum(axis=-2)
-        return paths * self._edge, expected[..., -1:, :]
+        paths = np.concatenate([counts, np.abs(counts), expected, commands - expected], axis=-1).sum(axis=-2)
+        return paths.reshape(*paths.shape[:-1], 4, self.wheels) * self._edge, expected[..., -1:, :]
 
     def _compare(self, blocks):
         path, _, commanded, _ = blocks[-RECENT:].sum(axis=0)
         allowed = MISSING[0] + MISSING[1] * abs(commanded) + MISSING[2] * abs(blocks[:, 3]).sum(axis=0)
-        self.lagging = tuple(np.flatnonzero(abs(path - commanded) > allowed).tolist() if self._known >= RECENT else ())
+        self.lagging = tuple((abs(path - commanded) > allowed).nonzero()[0].tolist() if self._known >= RECENT else ())
 
     def measure(self, blocks, turns, known, noise):
         """What `judge` takes, of b blocks: b x 4 x n as by `block`, b x 3 of a gyro; known: those with commands.

@@ -18,7 +18,7 @@ from tf2_msgs.msg import TFMessage
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.protocol.protocol import format_packet
+from robotont_driver.protocol.protocol import Packet, format_packet
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import OK, WARN, NodeTest
 
@@ -100,11 +100,10 @@ class OdomNodeTest(NodeTest):
     def keep_on_until(self, level, words, topic, counts, units):
         """The task's values, once it has this level and these words while packets of `counts` come."""
         task = topic.lstrip("/") + TASK
-        read, write = (self.publisher(topic + name, String) for name in ("serial_read", "serial_write"))
+        read, command = self.publisher(topic + "serial_read", String), Packet(units, format_packet(units, 2))
 
         def told():
-            write.publish(format_packet(units, 2))
-            read.publish(format_packet(counts))
+            read.publish(Packet(counts, commanded=command).told())
             status = self.status.get(task)
             return status and status.level == level and words in status.message
         wait_for(told, f"{words!r} in {task}", period=0.01)

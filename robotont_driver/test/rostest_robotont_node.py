@@ -49,7 +49,7 @@ class RobotontNodeTest(NodeTest):
         wait_for(lambda: len(written) > 5 and len(read) > 5, "copies for other processes")
         self.assertEqual({message.data for message in written}, {"0.00:0.00:0.00;\n"})
         self.assertEqual({message.data.partition(";")[0] for message in read}, {"0:0:0"})
-        numbers = [int(message.data.partition(";")[2]) for message in read]
+        numbers = [int(message.data.split(";")[1]) for message in read]
         self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))), "no packet is missing")
         self.drive(0.1)
         for task in ("serial_com_node: link", "serial_com_node: board", "odom_node: wheel feedback",

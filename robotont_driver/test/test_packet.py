@@ -76,13 +76,23 @@ class TestPlainPackets:
         assert packet.text == text.partition(";")[0] + ";\n"
         assert packet.number is None
 
-    @pytest.mark.parametrize("number", [0, 1234, 10 ** 14])
-    def test_a_number_is_written_and_read_behind_the_semicolon(self, number):
-        packet = Packet((1, -2, 3), number=number)
-        assert packet.text == f"1:-2:3;{number}\n"
-        for text in (packet.text, packet.text.strip()):
-            again = parse_packet(text, 3)
-            assert (again, again.number, again.text) == ((1, -2, 3), number, packet.text)
+    @pytest.mark.parametrize("number", [None, 0, 1234, 10 ** 14])
+    @pytest.mark.parametrize("commanded", [None, Packet((1.5, -2, 0.25), "1.5:-2:0.25;\n")])
+    def test_number_and_command_are_told_and_read_behind_the_semicolon(self, number, commanded):
+        text = Packet((1, -2, 3), number=number, commanded=commanded).told()
+        assert text == f"1:-2:3;{'' if number is None else number}{';1.5:-2:0.25;' if commanded else ''}\n"
+        for words in (text, text.strip()):
+            again = parse_packet(words, 3)
+            assert (again, again.number, again.text) == ((1, -2, 3), number, "1:-2:3;\n")
+            assert again.commanded == (commanded and [*commanded])
+
+    def test_a_command_of_other_wheels_is_none(self):
+        assert parse_packet("1:2:3;5;1:2;\n", 3).commanded is None
+
+    def test_the_longest_packet_is_read_with_all_that_is_told(self):
+        command = Packet([-999.999] * 16, format_packet([-999.999] * 16, 3))
+        packet = Packet([-9999] * 16, number=10 ** 14, commanded=command)
+        assert parse_packet(packet.told(), 16).commanded == [-999.999] * 16
 
 
 class TestLineSplitter:

@@ -23,7 +23,7 @@ GONE = select.POLLHUP | select.POLLERR | select.POLLNVAL
 
 
 class SerialLink:
-    """Keeps a serial port open, in one thread, which alone reads and writes, and survives whatever happens to it.
+    """Keeps a serial port open, in a thread that reads, and survives whatever happens to it.
 
     It calls owner.connect(usb_id, now) for a new `Connection` to a port that was opened; owner.on_packet(packet) for
     each `Packet` from the board; on_change(trouble) once per change, with None when the port is open and with a message
@@ -37,12 +37,16 @@ class SerialLink:
         self._write_timeout = write_timeout
         self._retry_period = retry_period
         self._tick_period = write_timeout / 8  # [s] of the watch for gaps
+        self._lock = threading.Lock()  # of the following six, and of the connection
+        self._port = None       # file descriptor of the open port
         self._outbox = Outbox()
-        self._command = None    # (`Packet`, [s] when it is too old) that the thread has not taken yet
-        self._deadline = None   # [s] when to send the stop packet
+        self.commanded = None   # the newest `Packet`, until it is too old
+        self._deadline = None   # [s] ... as it is then: when to send the stop packet
+        self._failure = None    # an exception, which the thread raises
         self._closing = False
         self._close_by = None   # [s] when to give up sending the last packet
-        self._woken = self._wake = None  # the ends of a pipe that wakes the thread
+        self._woken, self._wake = os.pipe()  # wakes the thread
+        os.set_blocking(self._wake, False)
         self.trouble = NOT_TRIED  # None while the port is open
         self.connection = None  # the newest `Connection`; None before the first
         self.opened = 0         # times
@@ -56,22 +60,30 @@ class SerialLink:
 
     def start(self):
         """Begin: from now on the callbacks may be called."""
-        self._woken, self._wake = os.pipe()
-        os.set_blocking(self._wake, False)
         self._thread.start()
 
     def send(self, packet):
-        """Send a `Packet` as soon as the line takes it. Never blocks; a newer one replaces a waiting one.
+        """Write a `Packet`, at once where the line takes it. Never blocks; a newer one replaces a waiting one.
 
         What may have waited for this process for `write_timeout` is not sent, but for zeros, and nothing after `close`.
         """
         now = time.monotonic()
         if not self.gaps.settled(now) and any(packet):
             self.outdated += 1
-        elif self.trouble:
-            self.unsent += 1
-        else:
-            self._command = packet, now + self._write_timeout
+            return
+        with self._lock:
+            if self._port is None:
+                self.unsent += 1
+                return
+            self.commanded, self._deadline = packet, now + self._write_timeout
+            if not self._closing:
+                try:
+                    self._outbox.put(self.connection.encode(packet, now))
+                    self._outbox.write(self._port, time.monotonic)
+                except Exception as error:
+                    self._failure = error
+            waits = self._failure or self._outbox
+        if waits:
             self._notify()
 
     def add(self, line):
@@ -87,9 +99,8 @@ class SerialLink:
         self._thread.join(self._retry_period + self._write_timeout)
 
     def _notify(self):
-        if self._wake is not None:
-            with contextlib.suppress(BlockingIOError):  # when full, it has been woken often enough
-                os.write(self._wake, b"!")
+        with contextlib.suppress(BlockingIOError):  # when full, it has been woken often enough
+            os.write(self._wake, b"!")
 
     def _run(self):
         while not self._closing:
@@ -97,12 +108,17 @@ class SerialLink:
                 with opened(self._name, self._baudrate) as port:
                     now = time.monotonic()
                     self.connection = connection = self._call("connect", usb_id(self._name), now)
-                    self._outbox = Outbox(BITS_OF_A_BYTE / self._baudrate)
-                    self._command, self._deadline = None, now + self._write_timeout
+                    self._outbox, self._failure = Outbox(BITS_OF_A_BYTE / self._baudrate), None
+                    self.commanded, self._deadline = None, now + self._write_timeout
                     self.opened += 1
                     self.trouble = None
-                    self._call("on_change", None)
-                    self._serve(port.fileno(), connection)
+                    try:
+                        self._port = port.fileno()
+                        self._call("on_change", None)
+                        self._serve(self._port, connection)
+                    finally:
+                        with self._lock:
+                            self._port = None
             except OSError as error:  # of the port
                 self._lost(explain(self._name, error))
             except Exception as error:  # without this thread nothing would stop the robot
@@ -125,9 +141,6 @@ class SerialLink:
         while True:
             if connection.protocol is not protocol:
                 protocol = connection.protocol
-                self._outbox.pacing = protocol.pacing
-                self._outbox.put(protocol.hello)
-                self._outbox.write(port, time.monotonic)
                 self._call("on_protocol", protocol)
             now = time.monotonic()
             self.gaps.tick(now)
@@ -136,27 +149,38 @@ class SerialLink:
                 return
             if connection.state(now) == SILENT:
                 raise OSError(f"no packet for {SILENCE:g} s")
-            self._take_commands(connection, now)
-            self._outbox.write(port, time.monotonic)
-            events = dict(poll.poll(1000 * self._time_to_rest(now)))
+            with self._lock:
+                rest = self._write(port, connection, now)
+            events = dict(poll.poll(1000 * rest))
             if self._woken in events:
                 os.read(self._woken, READ_SIZE)
             data = read(port, events[port]) if port in events else b""
             for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
-                for packet in connection.feed(line, time.monotonic()):
+                for packet in self._feed(port, connection, line):
                     self._call("on_packet", packet)
 
-    def _take_commands(self, connection, now):
-        """Put the newest command into the outbox, and the stop in its place when it is too old."""
-        taken, self._command = self._command, None
-        if taken:
-            packet, self._deadline = taken
-            self._outbox.put(connection.encode(packet, now))
+    def _write(self, port, connection, now):
+        """Write what waits, and the stop in its place when the newest command is too old; [s] to rest."""
+        if self._failure:
+            raise self._failure
         if self._deadline is not None and now >= self._deadline:
-            self._deadline = None
+            self.commanded = self._deadline = None
             stop = connection.stop(now)
             self.timeouts += bool(stop)
             self._outbox.put(stop)
+        self._outbox.write(port, time.monotonic)
+        return self._time_to_rest(now)
+
+    def _feed(self, port, connection, line):
+        """List of `Packet` that a line completes; a board that is known by it is greeted before it gets a command."""
+        with self._lock:
+            protocol = connection.protocol
+            packets = connection.feed(line, time.monotonic())
+            if connection.protocol is not protocol:
+                self._outbox.pacing = connection.protocol.pacing
+                self._outbox.put(connection.protocol.hello)
+                self._outbox.write(port, time.monotonic)
+        return packets
 
     def _time_to_rest(self, now):
         """[s] until something has to be done although nothing comes."""
@@ -165,7 +189,8 @@ class SerialLink:
 
     def _say_goodbye(self, port, connection):
         """Write a stop, as far as the port takes it in time."""
-        self._outbox.put(connection.last_stop())
+        with self._lock:  # behind a command that is being written; from now on there are none
+            self._outbox.put(connection.last_stop())
         while self._outbox and time.monotonic() < self._close_by:
             self._outbox.write(port, time.monotonic)
             time.sleep(FULL_LINE if self._outbox else 0.0)

@@ -5,11 +5,11 @@ import threading
 import time
 
 import rospy
-import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Empty, EmptyResponse, Trigger, TriggerResponse
+from tf2_msgs.msg import TFMessage
 
 from robotont_driver.kinematics.kinematics import SOLVERS, Kinematics
 from robotont_driver.odometry.gyro import Gyro
@@ -24,8 +24,6 @@ from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.packet_topics import PacketTopic
 from robotont_driver.ros.worker import boot_time, read_clocks
 from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
-
-COMMAND_AGE = 0.5  # [s] an older command is none that wheels are compared with: the robot is being stopped
 
 GYRO_BIAS_DRIFT = 7e-5   # [rad/s] how far a gyro's bias walks in 1 s, growing with the square root of the time
 GYRO_SCALE_NOISE, GYRO_SCALE_NOISE_CALIBRATED = 0.01, 3e-4  # [rad/s] at 1 rad/s; docs/odometry.md
@@ -83,7 +81,6 @@ class OdomNode:
         if self._kept.gap is not None:
             self._odometry.pose.resume(self._kept.pose, self._kept.covariance)
             rospy.logwarn("odom_node goes on from where it was %.1f s ago", self._kept.gap)
-        self._commanded, self._commanded_at = None, 0.0  # units of the newest packet on serial_write; [s] when it came
         self._lock = threading.Lock()
         self._arrived = None  # [ns] newest packet, on the steady clock
         self._packets = 0
@@ -94,9 +91,6 @@ class OdomNode:
         rospy.Service("odom_reset", Empty, lambda _: self._on_reset(_) and EmptyResponse())  # the makers' name for it
         # no queue_size: every packet counts
         topic("serial_read").subscribe(wheels.amount, self._on_packet, self._on_refused)
-        if period:
-            # of messages that are no packets serial_com_node complains
-            topic("serial_write").subscribe(wheels.amount, self._on_command, lambda _: None, queue_size=1)
         subjects = {"wheel feedback": self._report, "stamps": self._report_stamps}
         if self._gyro:
             self._imu = ImuInput(parameters["imu"], parameters["base_frame"], self._gyro, self._lock)
@@ -120,15 +114,8 @@ class OdomNode:
             covariance = odometry.pose_covariance
             self._messages.publish(odometry, covariance, stamp)
             self._kept.keep((pose.x, pose.y, pose.yaw), covariance, odometry.twist, boot_time())
-            if search and search.update(packet, self._newest_command(), self._gyro and self._gyro.compared):
+            if search and search.update(packet, packet.commanded, self._gyro and self._gyro.compared):
                 odometry.exclude(search.slipping)
-
-    def _on_command(self, command):
-        self._commanded, self._commanded_at = command, time.monotonic()
-
-    def _newest_command(self):
-        """Units that the board follows now; None without a command that is still valid."""
-        return self._commanded if time.monotonic() - self._commanded_at < COMMAND_AGE else None
 
     def _on_reset(self, _request):
         with self._lock:
@@ -183,7 +170,7 @@ class OdometryMessages:
         self._stamp = rospy.Time()  # of all three messages
         for message in (self._odom, self._transform, self._joints):
             message.header.stamp = self._stamp
-        self._broadcaster = tf2_ros.TransformBroadcaster() if parameters["publish_tf"] else None
+        self._transforms = DroppingPublisher("/tf", TFMessage) if parameters["publish_tf"] else None
         self._odom_publisher = DroppingPublisher("odom", Odometry)
         self._joint_publisher = DroppingPublisher("joint_states", JointState)
 
@@ -200,8 +187,8 @@ class OdometryMessages:
         odom.pose.covariance = planar(covariance)
         odom.twist.covariance = planar(odometry.twist_covariance)
         self._odom_publisher.publish(odom)
-        if self._broadcaster:
-            self._broadcaster.sendTransform(self._transform)
+        if self._transforms:
+            self._transforms.publish(TFMessage([self._transform]))
         joints.position = odometry.wheel_angles
         joints.velocity = odometry.wheel_rates
         self._joint_publisher.publish(joints)

@@ -78,6 +78,7 @@ class SerialComNode:
 
     def on_packet(self, packet):
         """A `Packet` of the board."""
+        packet.commanded = self._link.commanded
         self._publish(packet)
         protocol = self._link.connection.protocol
         if protocol.readings:

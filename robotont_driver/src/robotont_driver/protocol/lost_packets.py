@@ -97,7 +97,7 @@ class LostPackets:
         """The packet is the newest one of the board, with that number; its `Packet`."""
         packet.number = number
         self._last, self._suspect = packet, None
-        return Packet(packet.counts, f"{packet.text};{number}\n", number)
+        return Packet(packet.counts, packet.text + ";\n", number)
 
 
 def most_between(last, packet):

@@ -1,6 +1,6 @@
 """Plain packets, `m0:m1:m2;`: the text on the topics, and the protocol of the thesis' firmware.
 
-Behind the semicolon, where a reader of plain packets stops, its number may stand on the topic serial_read.
+Behind the semicolon, where a reader of plain packets stops, the topic serial_read may have more: `Packet.told`.
 """
 
 import re
@@ -9,24 +9,26 @@ from robotont_driver.protocol.protocol import LONGEST_LINE, Packet, PacketError,
 
 # far more than any motor can make, and few enough digits for every sum and square to stay finite
 _NUMBER = r"-?[0-9]{1,7}(?:\.[0-9]{1,9})?"
-_PLAIN = re.compile(rf"({_NUMBER}(?::{_NUMBER})*);(?:([0-9]{{1,15}})\n?\Z)?")
+_NUMBERS = rf"({_NUMBER}(?::{_NUMBER})*);"
+_PLAIN = re.compile(rf"{_NUMBERS}(?:([0-9]{{1,15}})?(?:;{_NUMBERS})?\n?\Z)?")
 
 
 def parse_packet(text, wheels):
-    """The `Packet` of `wheels` values at the start of a string, with its number; else anything behind `;` is ignored.
+    """The `Packet` at the start of a string, `wheels` values; behind its `;` all but what `Packet.told` has is ignored.
 
-    Raises PacketError when the string is longer than a line, there is no semicolon, a field is not a number (or one
+    Raises PacketError when it is longer than a line, there is no semicolon, a field is not a number (or one
     of too many digits), or there are not `wheels` fields.
     """
-    if len(text) > LONGEST_LINE + 1:
+    if len(text) > LONGEST_LINE + 1 and ";" not in text[:LONGEST_LINE]:
         raise PacketError("overlong", f"{len(text)} characters, allowed: a line of {LONGEST_LINE}; {text[:40]!r}...")
     match = _PLAIN.match(text)
     fields = match.group(1).split(":") if match else ()
     if len(fields) != wheels:
         raise _explain(text, wheels)
-    number = match.group(2) and int(match.group(2))
-    return Packet([float(field) if "." in field else int(field) for field in fields],
-                  f"{match.group(1)};{match.group(2) or ''}\n", number)
+    values, number, commanded = match.groups()
+    commanded = commanded.split(":") if commanded else ()
+    return Packet(map(float, fields), values + ";\n", number and int(number),
+                  list(map(float, commanded)) if len(commanded) == wheels else None)
 
 
 def _explain(text, wheels):

@@ -16,26 +16,30 @@ class PacketError(ValueError):
         self.kind = kind
 
 
-def format_packet(values, decimals=0, number=None):
-    r"""The packet `m0:m1:...;\\n` of the values [units], each with so many decimals; behind `;` its number, if any."""
+def format_packet(values, decimals=0):
+    r"""The packet `m0:m1:...;\\n` of the values [units], each with so many decimals."""
     # round() may leave a negative zero, which "+ 0.0" makes positive
-    fields = ":".join([f"{round(value, decimals) + 0.0:.{decimals}f}" for value in values])
-    return f"{fields};\n" if number is None else f"{fields};{number}\n"
+    return ":".join([f"{round(value, decimals) + 0.0:.{decimals}f}" for value in values]) + ";\n"
 
 
 class Packet(tuple):
     r"""The values [units] of a packet, one per wheel, and its `text`, `m0:m1:...;\\n`, which writes them.
 
     `number`: None, or that of its period on the board: it counts periods without a gap, lost ones included, and begins
-    anew when the board does. It stands in the text behind the semicolon, where a reader of plain packets stops.
+    anew when the board does. `commanded`: None, or the units that the board was to follow then.
     """
 
-    def __new__(cls, values, text=None, number=None):
+    def __new__(cls, values, text=None, number=None, commanded=None):
         """From values; without `text` they are written as whole numbers."""
         packet = super().__new__(cls, values)
-        packet.text = format_packet(packet, 0, number) if text is None else text
-        packet.number = number
+        packet.text = format_packet(packet) if text is None else text
+        packet.number, packet.commanded = number, commanded
         return packet
+
+    def told(self):
+        """Text with number and command behind the semicolon, where a reader of plain packets stops."""
+        number = "" if self.number is None else self.number
+        return f"{self.text[:-1]}{number};{self.commanded.text}" if self.commanded else f"{self.text[:-1]}{number}\n"
 
 
 class Ranges(NamedTuple):

@@ -27,7 +27,7 @@ class PacketTopic:
         return self._publish
 
     def _publish(self, packet):
-        self._publisher.publish(String(packet.text))
+        self._publisher.publish(String(packet.told()))
 
     def subscribe(self, wheels, taken, refused, queue_size=None):
         """From now on call taken(packet) for each `Packet` of `wheels` values, refused(error) for other messages.
@@ -67,7 +67,7 @@ class SharedPacketTopic:
             except Exception:  # a fault in one node must not end a thread of another, as over ROS
                 rospy.logerr("%s: a subscriber failed:\n%s", self._name, traceback.format_exc())
         if self._publisher.get_num_connections():
-            self._publisher.publish(packet.text)
+            self._publisher.publish(packet.told())
 
     def subscribe(self, _wheels, taken, *_, **__):
         """From now on call taken(packet) for each `Packet`."""

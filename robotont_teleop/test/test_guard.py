@@ -31,6 +31,7 @@ BOUNDS = (0.12, 4.0)  # [m] of a laser scanner
 FAR = np.full(len(AROUND), math.inf)
 SIDE, REST, REACTION, READINGS = 0.025, 0.055, 0.1, 7  # as documented
 Quaternion = namedtuple("Quaternion", "x y z w")
+Measured = namedtuple("Measured", "radius floor top pid_frequency", defaults=(50.0,))
 STOP, AHEAD, HAND = (0.0, 0.0, 0.0), (0.8, 0.0, 0.0), 0.8
 SLOW = pytest.approx(0.3)  # [m/s], the blind speed
 numbers = st.floats(-2.0, 2.0)
@@ -313,6 +314,23 @@ def test_a_sensor_that_cannot_be_used_is_refused_by_name(named, why):
         show(guard, np.full(len(named.get("angles", AROUND)), 0.3), **named)
 
 
+@pytest.mark.parametrize(("frequency", "age"), [(40, 0.5), (10, 0.8), (10, 1.9)])
+def test_a_reading_that_is_late_counts_from_when_it_came(frequency, age):
+    """The wall is 3 m ahead of where the robot begins; a hand drives towards it."""
+    guard, place_of, way, speed = make_guard(), {}, 0.0, 0.0
+    for tick in range(1000):
+        now = 100.0 + tick * 0.02
+        way += speed * 0.02
+        place_of[tick] = way
+        guard.moves((speed, 0.0, 0.0), now)
+        made = tick - round(age / 0.02)
+        if made >= 0 and tick % max(1, round(50 / frequency)) == 0:
+            guard.see("laser", place(), AROUND, scan_of(3.0 - place_of[made]), BOUNDS, now - age)
+        speed = speed_of(guard, (0.5, 0.0, 0.0), now) if tick > 150 else 0.0
+    assert 0.05 < 3.0 - way - RADIUS < 0.15
+    assert "0.08 m" in guard.held[1]
+
+
 def test_without_odometry_near_its_stamps_a_reading_cannot_be_used():
     guard = make_guard()
     for at in (100.0, 105.0):
@@ -332,19 +350,22 @@ def test_odometry_that_no_robot_can_make_moves_no_place(nonsense, axis):
 
 
 def test_the_guard_of_a_mux_that_stays_is_that_of_the_robot_that_runs_now(monkeypatch):
-    given = {"wheels": (0.15, 0.02, 0.3), "driver_node/max_linear_acceleration": 1.5}
+    given = {"wheels": Measured(0.15, 0.02, 0.3), "driver_node/max_linear_acceleration": 1.5}
     monkeypatch.setattr(guard_sensors, "running_wheels", lambda _namespace: given["wheels"])
-    monkeypatch.setattr(guard_sensors, "body", tuple)
+    monkeypatch.setattr(guard_sensors, "body", lambda wheels: wheels[:3])
     for name, stand_in in (("Subscriber", lambda *_, **__: None), ("get_param", given.get), ("get_namespace", str)):
         monkeypatch.setattr(guard_sensors.rospy, name, stand_in)
     guard = guard_sensors.make_guard(0.3)
     before = speed_of(show(guard, scan_of(0.5)))
-    given["wheels"] = (0.25, 0.02, 0.3)
+    given["wheels"] = Measured(0.25, 0.02, 0.3)
     assert guard_sensors.make_guard(0.3, guard) is guard
     larger = speed_of(guard)
     given["driver_node/max_linear_acceleration"] = 0.3
     guard_sensors.make_guard(0.3, guard)
     assert speed_of(guard) + 0.1 < larger < before - 0.05
+    given.update({"wheels": Measured(0.25, 0.02, 0.3, 5.0), "driver_node/max_linear_acceleration": 1.5})
+    guard_sensors.make_guard(0.3, guard)
+    assert speed_of(guard) < larger - 0.1, "two periods of a board of 5 Hz"
 
 
 def test_what_is_within_the_footprint_is_the_robot_and_hides_what_is_behind():

@@ -15,7 +15,7 @@ from robotont_teleop.hand.sensor_view import look
 SIDE = 0.025       # [m] kept free around the footprint, and around what a sensor is too near to measure ...
 REST = 0.055       # [m] ... and, on top of it, in the direction of travel
 GRAZE = 0.005      # [m] by which it may get nearer to what is nearer than SIDE already
-REACTION = 0.1     # [s] until the wheels follow a command
+REACTION, PERIODS = 0.1, 2  # [s] until the wheels follow a command, and in periods of the board, at least
 READINGS = 7       # of its periods for which a reading counts: one may show what another misses, or another part ...
 SHORTEST, LONGEST = 0.3, 2.0  # [s] ... but at least and at most for so long
 STEP = 0.005       # [s] of the steps of the odometry that are kept, at least: a reading may be LONGEST old
@@ -31,7 +31,7 @@ class Guard:
     """
 
     def __init__(self, body, braking, blind_speed):
-        self._body, self._braking, self._blind_speed = body, braking, blind_speed
+        self._body, self._braking, self._blind_speed, self._reaction = body, braking, blind_speed, REACTION
         self._moving, self._track = (0.0, 0.0, 0.0), ((0.0, 0.0, 0.0, 0.0),)  # as it moves; (time, *pose) of late
         self._lock, self._readings = threading.Lock(), []
         self._times, self._able, self._refused = {}, {}, {}  # by the sensors' names
@@ -61,23 +61,24 @@ class Guard:
         before = [time for time in self._times.get(sensor, ())[-READINGS:] if at - time < LONGEST]
         lasts = min(max(SHORTEST, READINGS * (at - before[0]) / len(before)), LONGEST) if before else 0.0
         self._times[sensor] = (*before, at)
-        each = np.full((len(points), 2), (at + lasts, ring)).T
-        reading = x + 1j * y + points * np.exp(1j * yaw), *each, [at + lasts], [x + 1j * y], [reach]
+        ends = max(at, times[-1]) + lasts  # one that is late counts from when it came
+        each = np.full((len(points), 2), (ends, ring)).T
+        reading = x + 1j * y + points * np.exp(1j * yaw), *each, [ends], [x + 1j * y], [reach]
         with self._lock:
-            self._readings = [*(earlier for earlier in self._readings if earlier[3][0] > at), reading]
+            self._readings = [*(earlier for earlier in self._readings if earlier[3][0] > times[-1]), reading]
             self._view = [np.concatenate(column) for column in zip(*self._readings)]
 
     def limit(self, twist, now):
         """The twist, or a slower one in the same direction."""
         speed, pace = math.hypot(*twist[:2]), math.hypot(*self._moving[:2])
-        if not speed or not self._interferes():
+        if not speed or not self._has_sensor():
             return twist
-        bend = max(-math.pi, min(twist[2] / 2 * (speed / self._braking + REACTION), math.pi))
+        bend = max(-math.pi, min(twist[2] / 2 * (speed / self._braking + self._reaction), math.pi))
         seen = self._seen(math.atan2(twist[1], twist[0]), bend, now)
         allowed = slow = min(speed, max(self._blind_speed, self._stopping(seen)))
         free, point = self._free_way(twist, 1.0, now)
         moving, before = self._free_way(self._moving, 0.0, now) if pace else (math.inf, point)
-        if moving < pace * (pace / self._braking + REACTION) / 2:
+        if moving < pace * (pace / self._braking + self._reaction) / 2:
             free, point = 0.0, before  # it moves elsewhere, and zeros brake harder than any change of direction
         if self._stopping(free) < slow:
             allowed, side = self._stopping(free), SIDES[round(np.angle(point) * 2 / math.pi) % 4]
@@ -87,20 +88,19 @@ class Guard:
     def report(self, now):
         """(whether all is well, what it knows, in words)."""
         wrong = [f"{one} cannot be used: {why}" for one, (at, why) in list(self._refused.items()) if now - at < LONGEST]
-        if wrong or not self._interferes():
+        if wrong or not self._has_sensor():
             return not wrong, "; ".join(wrong) or "no scan and no range: does not interfere"
         if self._seen(0.0, 2 * math.pi, now) > 0.0:
             return True, "sees all around"
         dark = ", ".join(side for turn, side in enumerate(SIDES) if self._seen(turn * math.pi / 2, 0.0, now) <= 0.0)
         return True, f"at most {self._blind_speed:.2f} m/s where no sensor sees: {dark or 'in some directions'}"
 
-    def _interferes(self):
-        """Whether there is a sensor."""
+    def _has_sensor(self):
         return bool(self._readings or self._refused)
 
     def _stopping(self, way):
         """[m/s] from which the robot stops within a way [m]."""
-        return self._braking * (math.sqrt(REACTION ** 2 + 2 * max(0.0, way) / self._braking) - REACTION)
+        return self._braking * (math.sqrt(self._reaction ** 2 + 2 * max(0.0, way) / self._braking) - self._reaction)
 
     def _seen(self, bearing, bend, now):
         """[m] around the footprint that are seen on both sides of an angle [rad], and from there by a bend [rad]."""
@@ -114,7 +114,7 @@ class Guard:
         """([m] along the arc of the twist until a point on the way comes into a share of its ring, that point)."""
         (points, ends, rings, *_), (_, x, y, yaw) = self._view, self._track[-1]
         radius, speed, points = self._body[0], math.hypot(*twist[:2]), points - complex(x, y)
-        near = (abs(points) - rings < speed * (speed / self._braking / 2 + REACTION)) & (ends > now)
+        near = (abs(points) - rings < speed * (speed / self._braking / 2 + self._reaction)) & (ends > now)
         if not near.any():
             return math.inf, 0.0
         points, rings = points[near] * np.exp(-1j * yaw), share * rings[near]

@@ -15,7 +15,7 @@ from robotont_driver.ros.server_parameters import running_wheels
 from robotont_driver.ros.worker import boot_time
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.sensor_view import FAN
-from robotont_teleop.mux.guard import Guard
+from robotont_teleop.mux.guard import PERIODS, REACTION, Guard
 
 DECELERATION = 1.5  # [m/s^2] where the driver has no limit of its own
 
@@ -49,9 +49,10 @@ class SensingGuard(Guard):
         limits = [limit for limit in limits if is_number(limit) and limit]  # driver_node refuses what is none
         self._base_frame = rospy.get_param("odom_node/base_frame", "base_link").lstrip("/")
         self._body, self._braking = body(wheels), min(limits, default=DECELERATION)
+        self._reaction = max(REACTION, PERIODS / wheels.pid_frequency)
 
-    def _interferes(self):  # a scanner that is there has not spoken yet, or is dead; each board's `range` is there
-        return super()._interferes() or self._scan.get_num_connections() > 0
+    def _has_sensor(self):  # a scanner that is there has not spoken yet, or is dead; each board's `range` is there
+        return super()._has_sensor() or self._scan.get_num_connections() > 0
 
     def _on_static(self, message):
         for transform in message.transforms:

@@ -32,7 +32,7 @@ from robotont_testing.simulated_wheels import PERIOD, path_of
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-FLOOR = World((), (0.0, 0.0, 0.0))
+FLOOR = World()
 OFFICIAL_SPEED = 0.3       # [m/s] that its board allows a wheel
 BOUNDS = {0.3: 8, 0.5: 12, 0.8: 20}  # [mm] across the path, at most
 MASSES = (2.0, 3.0, 5.0)   # [kg] without wheels
@@ -42,6 +42,14 @@ SMOOTHED = 3               # [periods] over which a true speed is the mean
 SECOND = round(1 / PERIOD)  # [periods]
 SEEDS, STOPS = (1, 2, 3), 100
 FLYWHEEL = 1e4             # [kg m^2] that no floor slows down
+
+
+def set_mass(simulation, mass):
+    """Make the body, without the wheels, this heavy [kg], of the same shape."""
+    model, body = simulation.mujoco_model, simulation.mujoco_model.body("base_link").id
+    model.body_inertia[body] *= mass / model.body_mass[body]
+    model.body_mass[body] = mass
+    mujoco.mj_setConst(model, simulation.data)
 
 
 class OwnRobot:
@@ -56,15 +64,15 @@ class OwnRobot:
         simulation = Simulation(robot.wheels, FLOOR)
         if plane:
             model = simulation.mujoco_model
-            rows = [model.geom_bodyid[geom] for geom in range(model.ngeom) if "roller" in model.geom(geom).name]
+            rows = model.geom_bodyid[model.geom_type == mujoco.mjtGeom.mjGEOM_ELLIPSOID]
             model.body_pos[rows, 2] = 0.0
             mujoco.mj_setConst(model, simulation.data)
         if told:
-            simulation.set_mass(mass)
+            set_mass(simulation, mass)
         with mock.patch.object(config, "RUBBING", 0 if plane else config.RUBBING):
             self.run = LockstepRun(simulation)
         self.radii = np.array(robot.wheels.radii)
-        simulation.set_mass(mass)
+        set_mass(simulation, mass)
         settings = robot.parameters.get("driver_node", {})
         limits = Limits(*(settings.get("max_" + limit, 0.0) for limit in Limits._fields))
         self.stream = CommandStream(self.run.kinematics, limits, 0.5, PERIOD)

@@ -14,13 +14,14 @@ import numpy as np
 import pytest
 
 from robotont_course import judge, stage
-from robotont_course.exercise import main, parse, show_list, show_task
+from robotont_course.exercise import main, parse, show_list, show_task, texts
 from robotont_course.exercises import EXERCISES
-from robotont_course.picture import draw_class, draw_run
-from robotont_simulator.world import Box, World
+from robotont_course.picture import draw_class
+from robotont_simulator.scenery import box
+from robotont_simulator.world import World
 
 PACKAGE = Path(__file__).resolve().parents[1]
-TEMPLATES, SOLUTIONS = PACKAGE / "exercises", PACKAGE / "test" / "solutions"
+SOLUTIONS = PACKAGE / "test" / "solutions"
 EXERCISE = [sys.executable, str(PACKAGE / "scripts" / "exercise")]
 SEEDS = int(os.environ.get("ROBOTONT_SEEDS", "20"))
 HEAD = "import rospy\nfrom geometry_msgs.msg import Twist\nrospy.init_node('mine')\n" \
@@ -83,7 +84,7 @@ WRONG = {  # programs of exercise 2 by what is wrong: the text, and what the jud
 def solved(name, folder):
     """The template with the reference solution at its marked place: a file."""
     text = re.sub("(# ---- your code ----\n).*?(# ---- end)", lambda found: found[1] + "\n"
-                  + (SOLUTIONS / f"{name}.py").read_text() + found[2], (TEMPLATES / f"{name}.py").read_text(),
+                  + (SOLUTIONS / f"{name}.py").read_text() + found[2], texts(name)[1],
                   flags=re.DOTALL)
     file = Path(folder) / f"{name}.py"
     file.write_text(text)
@@ -165,7 +166,7 @@ def test_how_a_program_ended_is_told(program, said, tmp_path, monkeypatch):
     exercise = EXERCISES["distance"]._replace(limit=20.0)
     (tmp_path / "home").mkdir()
     (tmp_path / "a.py").write_text(program)
-    world = World((Box(2.0, 0.0, 0.1, 4.0, 0.0),), (0.0, 0.0, 0.0))
+    world = World((box(2.0, 0.0, 0.1, 4.0, 0.0),))
     run, ended, _ = stage.play(exercise, tmp_path / "a.py", world, Standing(), tmp_path / "home")
     assert said in "; ".join(words for _, words in judge.faults(exercise, run, ended))
     assert run.path[-1, 0] < 15.0
@@ -180,8 +181,7 @@ def marked(environment, name):
 
 @pytest.mark.parametrize("words", ["NameError: $x_{ $", "\udcff", "a\nb"])
 def test_any_words_become_a_title(words, tmp_path):
-    run = judge.Run(np.zeros((2, 6)), World((), (0.0, 0.0, 0.0)), 0.2)
-    draw_run(run, [(0.0, words)], words, tmp_path / "a.png")
+    run = judge.Run(np.zeros((2, 6)), World(), 0.2)
     draw_class([(run, [], words), (None, [(0.0, words)], words)], tmp_path / "b.png")
     assert (tmp_path / "b.png").stat().st_size > 1000
 
@@ -193,7 +193,7 @@ def test_every_exercise_has_a_task_and_a_template_with_one_marked_place(name, tm
     assert f"./robotont exercise {name} {name}.py" in capsys.readouterr().out
     text = (tmp_path / f"{name}.py").read_text()
     assert text.count("# ---- your code") == text.count("# ---- end of your code") == 1
-    assert f"within {EXERCISES[name].limit:g} s" in re.sub(r"\s+", " ", (TEMPLATES / f"{name}.md").read_text())
+    assert f"within {EXERCISES[name].limit:g} s" in re.sub(r"\s+", " ", texts(name)[0])
     compile(solved(name, tmp_path).read_text(), name, "exec")
 
 

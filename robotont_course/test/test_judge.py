@@ -64,7 +64,7 @@ def test_a_square_to_the_right_is_one_too():
 @pytest.mark.parametrize("name, corners, said", [
     ("square", [(0, 0), (1, 0), (1, 1), (0, 1)], "missed corner 4"),
     ("square", [(0, 0), (0.8, 0), (0.8, 0.8), (0, 0.8), (0, 0)], "missed corner 1 of the square by 0.20 m"),
-    ("square", [*GOOD["square"], (0.5, 0)], "ends 0.50 m from its start"),
+    ("square", [*GOOD["square"], (0.5, 0)], "stands 0.50 m from its start, 0.00 to 0.15 m wanted"),
     ("distance", [(0, 0), (1.0, 0)], "stands 0.95 m from the wall, 0.55 to 0.65 m wanted"),
     ("distance", [(0, 0), (-1.0, 0)], "drove away from the wall, to 2.95 m (is a sign wrong?)"),
     ("distance", [(0, 0), (1.9, 0)], "touched a wall"),
@@ -78,7 +78,7 @@ def test_a_square_to_the_right_is_one_too():
     ("colors", [(0, 0), (0.7, 0.3)], "from the red thing, 0.40 to 0.70 m wanted"),
     ("colors", [(0, 0), (-0.2, 0.65), (-0.3, 0.65)], "past the red thing"),
     ("tag", [(0.6, 0.6), (3.35, 0.6), (3.35, 0.9)], "beside the tag's middle line"),
-    ("tag", [(0.6, 0.6), (2.5, 0.6)], "stands 1.45 m from the tag"),
+    ("tag", [(0.6, 0.6), (2.5, 0.6)], "stands 1.45 m from tag 1"),
     ("maze", GOOD["maze"][:4], "from tag 5"),
     ("goal", GOOD["goal"][:5], "stands 3.00 m from the goal"),
 ])
@@ -113,5 +113,5 @@ def test_who_never_stops_is_told_so_and_the_second():
 
 def test_the_first_touch_counts():
     run = drive("distance", [(0, 0), (1.9, 0), (0, 0)])
-    assert touch(run) == pytest.approx((1.95 - RADIUS) / SPEED, abs=0.05)
+    assert touch(run) == (pytest.approx((1.95 - RADIUS) / SPEED, abs=0.05), "a wall")
     assert way(run) == pytest.approx(3.8, abs=0.02)

@@ -44,15 +44,7 @@ TRUTH_RATE = 50.0   # [Hz]
 
 def clearance(place, world, radius):
     """[m] between a round robot of `radius` at (x, y) and the nearest wall or box; negative: they overlap."""
-    return min(distance_to_box(place, box) for box in world.boxes) - radius
-
-
-def distance_to_box(place, box):
-    """[m] of (x, y) from a box; 0 within."""
-    cos, sin = math.cos(box.yaw), math.sin(box.yaw)
-    dx, dy = place[0] - box.x, place[1] - box.y
-    along, across = abs(cos * dx + sin * dy) - box.length / 2, abs(cos * dy - sin * dx) - box.width / 2
-    return math.hypot(max(along, 0.0), max(across, 0.0))
+    return min(box.distance(*place) for box in world.solids) - radius
 
 
 def random_goals(world, radius, count, seed):
@@ -63,7 +55,7 @@ def random_goals(world, radius, count, seed):
     image, origin = draw_map(world)
     floor_map = FloorMap(np.where(image[::-1] == OCCUPIED, 100, 0), RESOLUTION, (*origin, 0.0))
     draw, goals = random.Random(seed), []
-    corners = [(box.x, box.y) for box in world.boxes]
+    corners = [(box.x, box.y) for box in world.solids]
     low, high = np.min(corners, axis=0), np.max(corners, axis=0)
     while len(goals) < count:
         x, y = (round(draw.uniform(low[axis], high[axis]), 2) for axis in (0, 1))

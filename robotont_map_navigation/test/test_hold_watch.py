@@ -6,6 +6,7 @@ import random
 import pytest
 
 from robotont_driver.command.limits import Limits, limit_acceleration
+from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_map_navigation.hold_watch import FELT, FREE, LAG, STAND, TRIES, HoldWatch
 from robotont_simulator.lockstep import LockstepRun
@@ -82,8 +83,8 @@ def test_after_a_reversal_the_wheels_may_turn_round_first():
 def drive(name, seed, mass, seconds):
     """[(time, commanded, measured)] of a robot folder on an empty floor, by what move_base may ask for."""
     draw = random.Random(seed)
-    simulation = Simulation(read_robot(name).wheels, World((), REST), seed)
-    simulation.set_mass(mass)
+    wheels = read_robot(name).wheels
+    simulation = Simulation(wheels._replace(mass=mass + wheels.amount * WHEEL_MASS), World(), seed)
     run, twist, record = LockstepRun(simulation), REST, []
     run.hold(REST, 0.4)
     while len(record) < seconds / PERIOD:

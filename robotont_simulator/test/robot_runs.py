@@ -11,7 +11,7 @@ from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World, read_world
 from robotont_testing.robots import SHIPPED
 
-EMPTY = World((), (0.0, 0.0, 0.0))
+EMPTY = World()
 ROOT = Path(__file__).resolve().parents[2]
 
 

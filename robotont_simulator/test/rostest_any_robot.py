@@ -27,7 +27,7 @@ class AnyRobotTest(SimulationTest):
                         "gearboxReductionRatio": case.gear}
                 folder, wheels = robot_folder(processes.folder / "robot", keys), read_wheels(keys)
                 try:
-                    configuration(wheels, *Simulation(wheels, World((), (0.0, 0.0, 0.0))).inertia)
+                    configuration(wheels, *Simulation(wheels, World()).inertia)
                 except ValueError:
                     self.refused(folder)
                 else:

@@ -29,7 +29,7 @@ def drive(case):
     speed = min(case.speed, REACH * min(no_load_speeds(told)))
     twist = speed * math.cos(math.radians(case.angle)), speed * math.sin(math.radians(case.angle)), 0.0
     try:
-        run = LockstepRun(Simulation(true, EMPTY, case.edges), told, told)
+        run = LockstepRun(Simulation(true, EMPTY, case.edges), told)
     except ValueError as error:
         assert "found" in str(error)
         assert "allowed" in str(error)
@@ -105,7 +105,7 @@ def test_a_robot_whose_motors_cannot_brake_it_is_refused(keys, drives):
 @pytest.mark.parametrize("rate", [999.0, 1000.0])
 def test_a_board_faster_than_the_physics_has_a_step_of_it_in_each_period(rate):
     told = read_wheels({**SHIPPED, "pidControlFrequency": rate, "encoderEdgesPerMotorRevolution": 512})
-    run = LockstepRun(Simulation(told, EMPTY), told, told)
+    run = LockstepRun(Simulation(told, EMPTY), told)
     assert run.simulation.mujoco_model.opt.timestep == pytest.approx(1 / rate)
     for _ in range(500):
         run.drive([(0.3, 0.0, 0.0)])

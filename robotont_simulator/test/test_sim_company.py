@@ -8,26 +8,29 @@ from robot_runs import EMPTY
 
 from robotont_description.geometry import robot_radius
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_simulator.company import numbers, start_of
+from robotont_simulator.company import shared
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
-from robotont_simulator.world import WorldError
 from robotont_testing.robots import SHIPPED
 
 WHEELS = read_wheels(SHIPPED)
 
 
 def test_who_is_who():
-    assert numbers(1, "/") == numbers(1, "/anything/") == (1, [])
-    assert numbers(3, "/robot2/") == (2, [1, 3])
+    for namespace in ("/", "/anything/"):
+        assert shared(EMPTY, 1, namespace) == (EMPTY, [])
+    world, others = shared(EMPTY, 3, "/robot2/")
+    assert (world.others, others) == (2, [1, 3])
     for namespace in ("/", "/robot4/", "/robot0/", "/other/"):
-        with pytest.raises(WorldError, match=f"found the namespace {namespace} of 3 robots, allowed: robot1 to robot3"):
-            numbers(3, namespace)
+        with pytest.raises(ValueError, match=f"found the namespace {namespace} of 3 robots, allowed: robot1 to robot3"):
+            shared(EMPTY, 3, namespace)
 
 
-def test_they_start_side_by_side():
-    assert start_of((1.0, 2.0, 0.0), 3) == pytest.approx((1.0, 3.0, 0.0))
-    assert start_of((1.0, 2.0, math.pi / 2), 2) == pytest.approx((0.5, 2.0, math.pi / 2))
+@pytest.mark.parametrize("start, robot, found", [
+    ((1.0, 2.0, 0.0), 3, (1.0, 3.0, 0.0)), ((1.0, 2.0, math.pi / 2), 2, (0.5, 2.0, math.pi / 2))])
+def test_they_start_side_by_side(start, robot, found):
+    world, _ = shared(EMPTY._replace(start=start), 3, f"/robot{robot}/")
+    assert world.start == pytest.approx(found)
 
 
 def test_it_sees_another_and_is_stopped_by_it():
@@ -35,7 +38,7 @@ def test_it_sees_another_and_is_stopped_by_it():
     simulation, radius = run.simulation, robot_radius(WHEELS)
     run.hold((0.0, 0.0, 0.0), 0.2)
     assert simulation.scan(np.zeros(1), 0.1, 5.0) == [math.inf]
-    simulation.put_other(1, 1.0, 0.0)
+    simulation.put(2, 1.0, 0.0)
     run.hold((0.0, 0.0, 0.0), 0.1)
     assert simulation.scan(np.zeros(1), 0.1, 5.0) == pytest.approx([1.0 - radius], abs=0.01)
     run.hold((0.4, 0.0, 0.0), 3.0)

@@ -5,6 +5,7 @@ import pytest
 from robot_runs import run_in, tilt
 
 from robotont_driver.kinematics.se2 import between
+from robotont_testing.simulated_wheels import touches
 
 REST = (0.0, 0.0, 0.0)
 STANDS = 0.03  # [m/s] slower than this, at the centre and around it, is standing
@@ -72,11 +73,11 @@ def test_a_carried_robot_stands_elsewhere_and_the_odometry_does_not_see_it():
 
 def test_a_visitor_is_seen_and_bars_the_way_until_it_goes():
     run = run_in()
-    run.simulation.visit(0.6, 0.0)
+    run.simulation.put(0, 0.6, 0.0)
     run.hold((0.3, 0.0, 0.0), 1.0)
     assert run.simulation.scan(np.zeros(1), 0.1, 4.0)[0] < 0.5
     assert run.hold((0.3, 0.0, 0.0), 2.0)[1][0] < 0.31
-    run.simulation.visit(math.nan, math.nan)
+    run.simulation.put(0, math.nan, math.nan)
     run.hold(REST, 0.2)  # for which the board waits after a blocked wheel
     assert run.hold((0.3, 0.0, 0.0), 2.0)[1][0] > 0.5
     assert run.simulation.scan(np.zeros(1), 0.1, 4.0)[0] == math.inf
@@ -138,7 +139,7 @@ def test_a_wall_stops_the_robot_and_is_noticed():
     run.hold((-0.4, 0.0, 0.0), 4.0)
     x, _, _ = run.simulation.pose()
     assert x > 0.05
-    assert run.simulation.touches()
+    assert touches(run.simulation)
 
 
 def test_the_laser_sees_the_walls_where_they_are():

@@ -9,15 +9,22 @@ from robot_runs import run_in, tilt
 
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.limits import Limits
+from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_driver.protocol.board_status import DRIVER_FAULT, NO_COUNTS, WRONG_WAY
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware import config
 from robotont_simulator.lockstep import LockstepRun
-from robotont_simulator.simulation import REVERSED, UNPLUGGED, Simulation
+from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 
+UNPLUGGED, REVERSED = 0, -1  # states of an encoder
 UNIT = 2 * math.pi / 1200 * 50  # [rad/s] of a wheel
 CREEP = config.MAX_LOAD / 19.2 + 1  # [units] of a wheel that gets MAX_LOAD and counts nothing
+
+
+def wheel_speed(simulation, wheel):
+    """[rad/s]"""
+    return simulation.data.joint(f"wheel{wheel}").qvel[0]
 
 
 def along(run, wheel, units):
@@ -29,11 +36,11 @@ def along(run, wheel, units):
 
 def break_encoder(run, wheel, state, twist, within, whole):
     """Drive on with a broken encoder: the wheel is off `within` [s], then all; its fastest speed in `whole` [units]."""
-    run.simulation.set_encoder(wheel, state)
+    run.simulation.set_encoders(*(state if one == wheel else 1 for one in range(3)))
     off, fastest = None, 0.0
     for period in range(round((within + config.BRAKING / 1000 + 0.1) * 50)):  # by then the others have braked
         run.drive([twist])
-        fastest = max(fastest, abs(run.simulation.wheel_speeds()[wheel]) / UNIT)
+        fastest = max(fastest, abs(wheel_speed(run.simulation, wheel)) / UNIT)
         if off is None and run.status.wheels[wheel] in (NO_COUNTS, WRONG_WAY):
             off = (period + 1) / 50
     assert off is not None
@@ -62,8 +69,7 @@ def test_an_encoder_that_breaks(state, fault, wheel, units):
 def test_driving_behind_the_drivers_limits_is_no_fault(mass, slope, seconds):
     """Mixed driving as people do it; without limits the motors cannot follow, and wheels are reported."""
     robot, rng = read_robot("thesis"), random.Random(int(mass))
-    simulation = Simulation(robot.wheels, World((), (0.0, 0.0, 0.0)))
-    simulation.set_mass(mass)
+    simulation = Simulation(robot.wheels._replace(mass=mass + 3 * WHEEL_MASS), World())
     run = LockstepRun(simulation)  # its LEAD is for that mass
     tilt(run, slope, 0)
     settings = robot.parameters["driver_node"]
@@ -120,4 +126,5 @@ def test_pushed_at_rest_it_holds_against_and_lifted_it_drives_on_and_both_are_no
     for _ in range(150):
         run.drive([(0.3, 0.0, 0.0)])
         assert run.status.fault == ""
-    assert np.abs(simulation.wheel_speeds() * simulation.wheels.radii) == pytest.approx([0.26, 0.0, 0.26], abs=0.01)
+    speeds = np.array([wheel_speed(simulation, wheel) for wheel in range(3)])
+    assert np.abs(speeds * simulation.wheels.radii) == pytest.approx([0.26, 0.0, 0.26], abs=0.01)

@@ -15,7 +15,7 @@ from robotont_simulator.world import World
 
 
 def new_simulation(imu_rate):
-    return Simulation(read_wheels(ROBOTS[3]), World((), (0.0, 0.0, 0.0)), seed=1, imu_rate=imu_rate)
+    return Simulation(read_wheels(ROBOTS[3]), World(), seed=1, imu_rate=imu_rate)
 
 
 def test_readings_add_up_to_the_turn_and_weigh_the_robot():

@@ -16,7 +16,7 @@ from robotont_simulator.official_firmware import SimulatedMotors, make_simulatio
 from robotont_simulator.world import World
 from robotont_testing.robots import ROBOTONT2, SHIPPED
 
-FLOOR = World((), (0.0, 0.0, 0.0))
+FLOOR = World()
 LOOKS = 8  # at the line, per period: lines are read when they come
 PERIOD = 0.02  # [s]
 

@@ -17,6 +17,7 @@ from robotont_simulator.world import World
 from robotont_teleop.hand.sensor_view import FAN
 from robotont_teleop.mux.guard import Guard
 from robotont_testing import places
+from robotont_testing.simulated_wheels import touches
 
 RADIUS = 0.15  # [m] of the footprint
 BODY = RADIUS, 0.0175, 0.162  # [m]
@@ -76,7 +77,7 @@ class GuardedDrive:
             self.held += bool(self.guard.held and self.guard.held[0] == self.now)
             self._stream.command((*limited[:2], 0.0), (0.0, 0.0, limited[2]), self.now)
             self._run.drive([self._stream.twist(self.now)])
-            self.touched |= self.simulation.touches()
+            self.touched |= touches(self.simulation)
             self.nearest = min(self.nearest, self.gap())
             fastest = max(fastest, math.hypot(*self.simulation.twist()[:2]))
         return fastest

@@ -22,7 +22,8 @@ from hypothesis import strategies as st
 
 from robotont_description.geometry import rotation_of
 from robotont_driver.kinematics.se2 import arc, compose
-from robotont_simulator.world import Box, read_world
+from robotont_simulator.scenery import box
+from robotont_simulator.world import read_world
 from robotont_teleop.mux import guard_sensors
 from robotont_testing import places
 
@@ -250,7 +251,7 @@ def test_no_reading_takes_nothing_back_before_the_reading_is_old_and_then_it_is_
 
 @pytest.mark.parametrize("missed", [math.inf, math.nan, 0.0])
 def test_a_leg_that_every_sixth_scan_shows_is_not_touched(missed):
-    drive, number = GuardedDrive([Box(1.5, 0.0, 0.02, 0.02, 0.4)], (0.0, 0.0, 0.0)), [0]
+    drive, number = GuardedDrive([box(1.5, 0.0, 0.02, 0.02, 0.4)], (0.0, 0.0, 0.0)), [0]
     look = drive._look
 
     def flicker(at):
@@ -427,10 +428,10 @@ def obstacle(kind, way, chance):
     size = {"pillar": 0.12, "post": 0.08, "leg": 0.02}.get(kind)
     if size:
         at = ahead * complex(distance, chance.uniform(-0.14, 0.14))
-        return [Box(at.real, at.imag, size, size, chance.uniform(0.0, 3.0))]
+        return [box(at.real, at.imag, size, size, chance.uniform(0.0, 3.0))]
     tilts = [chance.uniform(-1.0, 1.0)] if kind == "wall" else chance.uniform(-0.6, 0.6) + np.array([-0.8, 0.8])
     middles = [(distance + 0.05) * ahead * np.exp(1j * tilt) for tilt in tilts]
-    return [Box(at.real, at.imag, 0.1, 8.0, np.angle(at)) for at in middles]
+    return [box(at.real, at.imag, 0.1, 8.0, np.angle(at)) for at in middles]
 
 
 @pytest.mark.parametrize("drives", [(3, 4, 5, 11, 23), pytest.param(range(600), marks=pytest.mark.long)])
@@ -453,7 +454,7 @@ def test_hands_stop_before_walls_corners_posts_and_chair_legs(drives):
 
 
 def test_a_sensor_that_is_unplugged_in_mid_drive_slows_the_robot():
-    drive = GuardedDrive([Box(9.0, 0.0, 0.1, 4.0, 0.0)], (0.0, 0.0, 0.0))
+    drive = GuardedDrive([box(9.0, 0.0, 0.1, 4.0, 0.0)], (0.0, 0.0, 0.0))
     drive.drive((0.8, 0.0, 0.0), 1.2)
     drive.plugged = False
     drive.drive((0.8, 0.0, 0.0), 1.2)
@@ -465,7 +466,7 @@ def test_a_sensor_that_is_unplugged_in_mid_drive_slows_the_robot():
 def test_free_driving_in_the_room_has_no_false_stop(seed, minutes, nearest):
     """Random hands, also at walls: nothing is touched, and slowed only what could not stop comfortably, seeing it."""
     world, chance = read_world(places.config("worlds/room.yaml")), random.Random(seed)
-    drive = GuardedDrive(world.boxes, world.start, bounds=(nearest, SCAN_BOUNDS[1]))
+    drive = GuardedDrive(world.solids, world.start, bounds=(nearest, SCAN_BOUNDS[1]))
     drive.drive(STOP, 0.4)
     held = false = 0
     def gaps_on(pose, twist, way):

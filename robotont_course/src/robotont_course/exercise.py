@@ -7,6 +7,7 @@ exercise could not be run.
 import argparse
 import csv
 import pickle
+import re
 import shutil
 import subprocess
 import sys
@@ -25,7 +26,7 @@ PATIENCE = 120.0  # [s] more than its time that a run may take in a class
 def parse(words):
     """The options."""
     parser = CommandLine(prog="./robotont exercise", description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("name", nargs="?", type=lambda name: dict(enumerate(EXERCISES, 1)).get(number(name), name),
+    parser.add_argument("name", nargs="?", type=lambda name: dict(zip("12345678", EXERCISES)).get(name, name),
                         choices=EXERCISES, metavar="NAME", help=", ".join(EXERCISES) + "; or 1 to 8; without: a list")
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help="the program; without: the task")
     parser.add_argument("--class", dest="folder", type=Path, metavar="FOLDER",
@@ -44,44 +45,43 @@ def parse(words):
     return options
 
 
-def number(name):
-    """A name that is a number; else 0."""
-    return int(name) if name.isdecimal() else 0
-
-
 def programs(folder):
     """The programs of a class, files (Path)."""
     return sorted(file for file in folder.glob("*.py") if file.is_file())
 
 
-def tasks():
-    """The folder of the tasks and templates."""
-    return Path(rospkg.RosPack().get_path("robotont_course")) / "exercises"
+def texts(name):
+    """(the task, the template) of an exercise."""
+    folder = Path(rospkg.RosPack().get_path("robotont_course")) / "exercises"
+    task, template = ((folder / file).read_text() for file in (f"{name}.md", "template.py"))
+    title, known = task.partition("\n")[0].strip("# "), re.search("You know `(.*?)`", task)
+    return task, template.replace("TITLE", title).replace("KNOWN", known[1])
 
 
 def show_list():
     """Print each exercise's name and what it asks for."""
     for place, name in enumerate(EXERCISES, 1):
-        print(f"{place}  {name:10} {(tasks() / (name + '.md')).read_text().splitlines()[0].partition(': ')[2]}")
+        print(f"{place}  {name:10} {texts(name)[0].splitlines()[0].partition(': ')[2]}")
     print("a task: ./robotont exercise NAME; your program: ./robotont exercise NAME FILE")
 
 
 def show_task(name):
-    """Print the task, and copy its template."""
-    folder = tasks()
-    print((folder / f"{name}.md").read_text())
+    """Print the task, and write its template."""
+    task, template = texts(name)
     file = Path(f"{name}.py")
+    print(task)
     if file.exists():
         print(f"{file} is there already")
     else:
-        shutil.copy(str(folder / file), str(file))
+        file.write_text(template)
         print(f"your file: {file}")
     print(f"try it: ./robotont exercise {name} {file}")
 
 
-def words_of(faults):
-    """A line for each fault."""
-    return [f"at {second:.1f} s: {words}" for second, words in faults]
+def words_of(run, faults):
+    """A line for each fault, or for what was passed."""
+    return [f"at {second:.1f} s: {words}" for second, words in faults] or [
+        f"passed in {run.end:.1f} s, {judge.way(run):.2f} m"]
 
 
 def run_file(options):
@@ -98,50 +98,52 @@ def run_file(options):
     faults = judge.faults(exercise, run, program)
     if faults and printed.strip():
         print("the program's last words:\n  " + "\n  ".join(printed.strip().splitlines()[-15:]))
-    print("\n".join(words_of(faults)) if faults else f"passed in {run.path[-1, 0]:.1f} s, {judge.way(run):.2f} m")
-    target = options.file.with_suffix(".png")
-    title = f"{options.file.name}: " + ("; ".join(words_of(faults)) if faults else f"passed in {run.path[-1, 0]:.1f} s")
-    picture.draw_run(run, faults, title, target)
+    words, target = words_of(run, faults), options.file.with_suffix(".png")
+    print("\n".join(words))
+    picture.draw_class([(run, faults, f"{options.file.name}: " + "; ".join(words))], target, 6.4)
     print(f"picture: {target}")
     if options.result:
         options.result.write_bytes(pickle.dumps((run, faults)))
     return 1 if faults else 0
 
 
+def run_apart(options, file):
+    """(`judge.Run` or None, faults) of a program of a class, judged in a process of its own; its picture is kept."""
+    with tempfile.TemporaryDirectory() as folder:
+        # a copy in a folder of its own: one that is called math.py or rospy.py would be every other's module
+        result, program = Path(folder) / "result", Path(folder) / file.name
+        try:
+            shutil.copy(str(file), str(program))
+            done = subprocess.run(
+                [sys.executable, sys.argv[0], options.name, str(program), "--seed", str(options.seed), "--result",
+                 str(result)], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                check=False, timeout=EXERCISES[options.name].limit + PATIENCE)
+            if program.with_suffix(".png").exists():
+                shutil.copy(str(program.with_suffix(".png")), str(file.with_suffix(".png")))
+            return pickle.loads(result.read_bytes()) if result.exists() else (
+                None, [(0.0, "not judged: " + done.stderr.strip()[-300:])])
+        except OSError as error:
+            return None, [(0.0, f"not judged: {error.strerror}")]
+        except subprocess.TimeoutExpired:
+            return None, [(0.0, "not judged: its run did not end")]
+
+
 def run_class(options):
-    """Judge the programs of a folder one after the other, each in a process of its own; the exit status."""
+    """Judge the programs of a folder one after the other; the exit status."""
     from robotont_course import picture
 
-    rows, drawn = [], []
+    rows, drawn = [["file", "result", "seconds", "way [m]", "touched at [s]", "stands at the end", "words"]], []
     for file in programs(options.folder):
-        with tempfile.TemporaryDirectory() as folder:
-            # a copy in a folder of its own: one that is called math.py or rospy.py would be every other's module
-            result, program = Path(folder) / "result", Path(folder) / file.name
-            command = [sys.executable, sys.argv[0], options.name, str(program), "--seed", str(options.seed),
-                       "--result", str(result)]
-            try:
-                shutil.copy(str(file), str(program))
-                done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                      stderr=subprocess.PIPE, text=True, check=False,
-                                      timeout=EXERCISES[options.name].limit + PATIENCE)
-                run, faults = pickle.loads(result.read_bytes()) if result.exists() else (
-                    None, [(0.0, "not judged: " + done.stderr.strip()[-300:])])
-                if program.with_suffix(".png").exists():
-                    shutil.copy(str(program.with_suffix(".png")), str(file.with_suffix(".png")))
-            except OSError as error:
-                run, faults = None, [(0.0, f"not judged: {error.strerror}")]
-            except subprocess.TimeoutExpired:
-                run, faults = None, [(0.0, "not judged: its run did not end")]
-        seconds, way, touch = (run.path[-1, 0], judge.way(run), judge.touch(run)) if run else (0.0, 0.0, None)
-        rows.append([file.name, "no" if faults else "passed", f"{seconds:.1f}", f"{way:.2f}",
-                     "" if touch is None else f"{touch:.1f}",
-                     "yes" if run and judge.stands_for(run) > 0.5 else "no", "; ".join(words_of(faults))])
-        drawn.append((run, faults, f"{file.name}: " + ("no" if faults else f"passed, {seconds:.1f} s")))
-        print(f"{file.name:30} {rows[-1][1]:7} {rows[-1][-1]}", flush=True)
+        run, faults = run_apart(options, file)
+        touched, verdict = run and judge.touch(run), "no" if faults else "passed"
+        rows.append([file.name, verdict, f"{run.end if run else 0:.1f}", f"{judge.way(run) if run else 0:.2f}",
+                     f"{touched[0]:.1f}" if touched else "", "yes" if run and judge.stands_for(run) > 0.5 else "no",
+                     "; ".join(words_of(run, faults)) if faults else ""])
+        drawn.append((run, faults, f"{file.name}: {verdict}" + ("" if faults else f", {run.end:.1f} s")))
+        print(f"{file.name:30} {verdict:7} {rows[-1][-1]}", flush=True)
     with open(str(options.folder / "results.csv"), "w", newline="", encoding="utf-8",
               errors="backslashreplace") as table:
-        csv.writer(table).writerows([
-            ["file", "result", "seconds", "way [m]", "touched at [s]", "stands at the end", "words"], *rows])
+        csv.writer(table).writerows(rows)
     picture.draw_class(drawn, options.folder / "results.png")
     print(f"{options.folder / 'results.csv'}, {options.folder / 'results.png'}")
     return 0

@@ -5,10 +5,8 @@ import math
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 
@@ -21,6 +19,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image
 
+from robotont_bringup.stack import scratch, stack
 from robotont_course import judge
 from robotont_description.geometry import robot_radius
 from robotont_driver.kinematics import se2
@@ -56,36 +55,15 @@ def make_world(exercise, seed, folder):
     return file
 
 
-@contextlib.contextmanager
-def stack(exercise, world, folder):
-    """The simulated robot in a world (file) while the block lasts; `rospy` talks to its master."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    os.environ.update(ROS_MASTER_URI=f"http://127.0.0.1:{port}", ROS_IP="127.0.0.1", ROS_LOG_DIR=str(folder))
+def roslaunched(exercise, folder):
+    """What roslaunch is to start for an exercise, with files in a folder."""
     launch = Path(rospkg.RosPack().get_path("robotont_bringup")) / "launch"
-    files, arguments = [launch / "simulation.launch"], [
-        f"port:={folder}/board", f"world:={world}", "world_map:=true", "composed:=true", "mux:=false"]
+    words = [launch / "simulation.launch", f"port:={folder}/board", f"world:={folder}/world.yaml", "world_map:=true",
+             "composed:=true", "mux:=false"]
     if exercise.camera:
         width, _, height = exercise.camera.partition("x")
-        arguments += ["depth_camera:=true", f"camera_width:={width}", f"camera_height:={height}"]
-    if exercise.tags:
-        files.append(launch / "tags.launch")
-        arguments.append(f"tag_size:={exercise.tags}")
-    log = Path(folder) / "stack.log"
-    with open(str(log), "wb") as output:
-        process = subprocess.Popen(["roslaunch", "-p", str(port), *map(str, files), *arguments],
-                                   stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
-                                   start_new_session=True)
-    try:
-        yield lambda: StageError(end_of(log, 3000)) if process.poll() is not None else None
-    finally:
-        with contextlib.suppress(ProcessLookupError, subprocess.TimeoutExpired):
-            os.killpg(process.pid, signal.SIGINT)
-            process.wait(20.0)
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
+        words += ["depth_camera:=true", f"camera_width:={width}", f"camera_height:={height}"]
+    return [*words, launch / "tags.launch", f"tag_size:={exercise.tags}"] if exercise.tags else words
 
 
 class Witness:
@@ -160,18 +138,27 @@ def end_program(process, name):
 
 def perform(exercise, file, seed):
     """(`judge.Run`, `judge.Program`, what it printed) of a program's run. Raises StageError."""
-    lifeline = os.environ.get("ROBOTONT_LIFELINE", "").rpartition(":")[2]
-    with tempfile.TemporaryDirectory(dir=lifeline or None) as folder:
+    with scratch() as folder:
         world = make_world(exercise, seed, folder)
-        with stack(exercise, world, folder) as failed:
-            wait_for(rosgraph.is_master_online, failed, "the ROS master")
+        with stack(folder, *roslaunched(exercise, folder)) as process:
+            def wait_for(condition, what):
+                end = time.monotonic() + START
+                while not condition():
+                    if process.poll() is not None:
+                        raise StageError(end_of(Path(folder) / "stack.log", 3000))
+                    if time.monotonic() > end:
+                        raise StageError(f"waited {START:g} s in vain for {what}")
+                    time.sleep(0.02)
+            wait_for(rosgraph.is_master_online, "the ROS master")
             rospy_internals.mend()
             rospy.init_node("judge", anonymous=True, disable_signals=True)  # a name that no program takes
-            witness = Witness()
-            wait_for(lambda: witness.rows, failed, "the simulator")
+            witness, pictures = Witness(), []
+            wait_for(lambda: witness.rows, "the simulator")
             if exercise.camera:
-                look(failed)
-            wait_for(lambda: stands(witness), failed, "the robot")
+                subscriber = rospy.Subscriber("camera/color/image_raw", Image, pictures.append, queue_size=1)
+                wait_for(lambda: pictures, "the camera's picture")
+                subscriber.unregister()
+            wait_for(lambda: stands(witness), "the robot")
             return play(exercise, file, read_world(world), witness, Path(folder))
 
 
@@ -180,23 +167,6 @@ def stands(witness):
     _, subscribers, _ = rosgraph.Master("/exercise").getSystemState()
     heard_by = dict(subscribers).get("/cmd_vel", [])
     return "/robotont_node" in heard_by and witness.rows[-1][4] < judge.STILL
-
-
-def look(failed):
-    """Until the camera has shown something."""
-    seen = []
-    subscriber = rospy.Subscriber("camera/color/image_raw", Image, seen.append, queue_size=1)
-    wait_for(lambda: seen, failed, "the camera's picture")
-    subscriber.unregister()
-
-
-def wait_for(condition, failed, what):
-    """Until a condition is true. Raises StageError."""
-    end = time.monotonic() + START
-    while not condition():
-        if failed() or time.monotonic() > end:
-            raise failed() or StageError(f"waited {START:g} s in vain for {what}")
-        time.sleep(0.02)
 
 
 def play(exercise, file, world, witness, folder):

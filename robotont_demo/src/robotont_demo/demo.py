@@ -9,14 +9,15 @@ import signal
 import sys
 from pathlib import Path
 
+import rosgraph
 import rospy
 from std_msgs.msg import Float32
 
-from robotont_demo.drive import drive
+from robotont_bringup.stack import scratch, stack
+from robotont_demo.drive import drive, wait_for
 from robotont_demo.picture import draw
 from robotont_demo.recording import Recorder, end_error, off_path, timed
 from robotont_demo.scenario import commanded_path, plan
-from robotont_demo.simulated import simulated
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_driver.rospy_repairs import rospy_internals
@@ -49,7 +50,9 @@ def run(options):
     official = options.robot.packets != "auto"
     allowed = (0.06, math.radians(5.0)) if official else (0.03, math.radians(2.0))
     steps = plan(0.2 if official else 0.4)  # [m/s]
-    with simulated(options.robot) as log:
+    with scratch() as folder, stack(folder, "robotont_bringup", "simulation.launch", f"port:={folder}/board",
+                                    f"robot:={options.robot.folder}/"):
+        wait_for(rosgraph.is_master_online, "the ROS master")
         rospy_internals.mend()
         rospy.init_node("demo", disable_signals=True)
         recorder = Recorder()
@@ -57,7 +60,7 @@ def run(options):
         try:
             drive(steps, recorder)
         except AssertionError as error:
-            raise AssertionError(f"{error}; output of the stack:\n{log.read_text()}") from None
+            raise AssertionError(f"{error}; output of the stack:\n{(Path(folder) / 'stack.log').read_text()}") from None
         recorder.end()
     odometry, truth = timed(recorder.odometry), timed(recorder.truth)
     error = end_error(odometry, truth)

@@ -5,8 +5,7 @@ import math
 import mujoco
 import numpy as np
 
-from robotont_simulator.mujoco_model import AWAY, BODY_GROUP, build
-from robotont_simulator.scenery import HEIGHT
+from robotont_simulator.mujoco_model import BODY_GROUP, build, move, put
 
 NEAREST, FARTHEST = 0.3, 10.0  # [m] between which the camera measures depth
 NOISE = 0.002   # [1/m] standard deviation of the depth, times its square: 2 mm at 1 m, 32 mm at 4 m
@@ -21,21 +20,21 @@ class Camera:
 
     def __init__(self, wheels, world, width, height, field_of_view, samples=0):
         self.focal_length = width / 2 / math.tan(field_of_view / 2)
-        upright = 2 * math.degrees(math.atan(height / 2 / self.focal_length))
-        self._model = mujoco.MjModel.from_xml_string(build(wheels, world, (width, height, upright, samples)))
-        self._data = mujoco.MjData(self._model)
-        self._renderer = mujoco.Renderer(self._model, height, width)
+        self._model = model = mujoco.MjModel.from_xml_string(build(wheels, world, painted=True))
+        model.vis.global_.offwidth, model.vis.global_.offheight = width, height
+        model.vis.quality.offsamples = samples
+        model.cam_fovy[0] = 2 * math.degrees(math.atan(height / 2 / self.focal_length))
+        self._data = mujoco.MjData(model)
+        self._renderer = mujoco.Renderer(model, height, width)
         self._option = mujoco.MjvOption()
         self._option.geomgroup[BODY_GROUP] = 0  # the lens sees nothing of its own robot
         self._random = np.random.default_rng()
 
-    def move(self, pose, visitor=None, others=()):
-        """Put the robot at (x [m], y [m], yaw [rad]), the visitor at (x, y) [m], or away, and other robots likewise."""
-        x, y, yaw = pose
-        self._data.qpos[:7] = x, y, 0.0, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)
-        self._data.mocap_pos[0] = (*visitor, HEIGHT / 2) if visitor else AWAY
-        for number, (x, y) in enumerate(others):
-            self._data.mocap_pos[1 + number] = x, y, 0.0
+    def move(self, pose, others=()):
+        """Put the robot at (x [m], y [m], yaw [rad]); others: (number, x, y) of `mujoco_model.put`."""
+        move(self._data, pose)
+        for other in others:
+            put(self._data, *other)
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)
         self._renderer.update_scene(self._data, "camera", self._option)

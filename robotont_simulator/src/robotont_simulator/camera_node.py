@@ -1,7 +1,6 @@
 """The simulated robot's depth camera, under the names of realsense2_camera. It renders what somebody listens to."""
 
 import io
-import math
 import threading
 import time
 
@@ -17,7 +16,6 @@ from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import run_node
 from robotont_simulator import company
 from robotont_simulator.camera import Camera
-from robotont_simulator.mujoco_model import AWAY
 from robotont_simulator.world import read_world
 
 PARAMETERS = (
@@ -44,79 +42,72 @@ class CameraNode:
 
     def __init__(self, _name, wheels, parameters):
         self._wheels, self._parameters = wheels, parameters
-        self._truth = self._visitor = None
-        self._others = {}  # (x, y) [m] of the other robots, by their place
+        self._truth, self._others = None, {}  # x, y [m] of the visitor (0) and the other robots
         prefix = parameters["frame_prefix"] + "camera_"
-        colour, depth = prefix + "color_optical_frame", prefix + "depth_optical_frame"
-        self._frames = {COLOUR: colour, DEPTH: depth, ALIGNED: colour}
+        self._frames = {COLOUR: prefix + "color_optical_frame", DEPTH: prefix + "depth_optical_frame",
+                        ALIGNED: prefix + "color_optical_frame"}
         self._broadcaster = tf2_ros.StaticTransformBroadcaster()
-        self._broadcaster.sendTransform([optical(prefix + "link", frame) for frame in (colour, depth)])
+        self._broadcaster.sendTransform([optical(prefix + "link", self._frames[one]) for one in (COLOUR, DEPTH)])
         self._publishers = {name: rospy.Publisher(name, kind, queue_size=1) for name, kind in TOPICS.items()}
-        rospy.Subscriber("simulator_node/visitor", Vector3, self._on_visitor)
+        rospy.Subscriber("simulator_node/visitor", Vector3, lambda message: self._put(0, message.x, message.y))
         threading.Thread(target=self._run, daemon=True).start()
 
     def _wanted(self):
         """The topics to which somebody listens."""
         return [name for name, publisher in self._publishers.items() if publisher.get_num_connections()]
 
-    def _on_visitor(self, message):
-        self._visitor = (message.x, message.y) if math.isfinite(message.x + message.y) else None
+    def _put(self, number, *place):
+        self._others[number] = place
 
     def _on_truth(self, message):
         self._truth = message._buff  # noqa: SLF001 read only when somebody listens
 
     def _run(self):
         """Sleep while nobody listens; else render at the rate, from the newest true pose."""
-        parameters, camera, subscriber, due = self._parameters, None, None, 0.0
+        while not self._wanted():
+            if rospy.is_shutdown():
+                return
+            rospy.rostime.wallsleep(LOOK)
+        parameters, due = self._parameters, 0.0
+        try:
+            world, others = company.shared(read_world(parameters["world"]), parameters["robots"],
+                                           rospy.get_namespace())
+            camera = Camera(self._wheels, world, parameters["width"], parameters["height"],
+                            parameters["field_of_view"], parameters["samples"])
+        except (ImportError, OSError, ValueError, RuntimeError, AttributeError) as error:
+            rospy.logfatal("no camera: %s; sudo apt-get install libegl-mesa0 libosmesa6", error)
+            rospy.signal_shutdown("no camera")
+            return
+        company.watch(others, self._put)
+        rospy.Subscriber("ground_truth/odom", rospy.AnyMsg, self._on_truth, queue_size=1)
         while not rospy.is_shutdown():
             wanted = self._wanted()
-            if not wanted:
-                rospy.rostime.wallsleep(LOOK)
-                continue
-            if not subscriber:  # for good: rospy may miss a connection that is ended and made again
-                subscriber = rospy.Subscriber("ground_truth/odom", rospy.AnyMsg, self._on_truth, queue_size=1)
-            if not camera:
-                try:
-                    world, others = company.shared(read_world(parameters["world"]), parameters["robots"])
-                    camera = Camera(self._wheels, world, parameters["width"], parameters["height"],
-                                    parameters["field_of_view"], parameters["samples"])
-                except (ImportError, OSError, ValueError, RuntimeError, AttributeError) as error:
-                    rospy.logfatal("no camera: %s; sudo apt-get install libegl-mesa0 libosmesa6", error)
-                    rospy.signal_shutdown("no camera")
-                    return
-                self._others = dict.fromkeys(range(len(others)), AWAY[:2])
-                company.watch(others, lambda place, *where: self._others.update({place: where}))
             truth, self._truth = self._truth, None
-            if truth:
+            if truth and wanted:
                 self._publish(camera, Odometry().deserialize(truth), wanted)
                 due += 1 / parameters["rate"]
             due = max(due, time.monotonic() + 0.002)  # [s] what was late stays late
-            rospy.rostime.wallsleep(due - time.monotonic())
+            rospy.rostime.wallsleep(due - time.monotonic() if wanted else LOOK)
 
     def _publish(self, camera, truth, wanted):
         """The pictures from where the robot truly was."""
-        stamp = truth.header.stamp
-        camera.move(se2.pose_of(truth.pose.pose), self._visitor, self._others.values())
+        camera.move(se2.pose_of(truth.pose.pose), [(number, *place) for number, place in list(self._others.items())])
+        width, height = self._parameters["width"], self._parameters["height"]
+        messages = {name + "/camera_info": lens(width, height, camera.focal_length) for name in self._frames}
         if any(name.startswith(COLOUR + "/image") for name in wanted):
-            self._publish_colour(stamp, camera.colour())
+            pixels, data = camera.colour(), io.BytesIO()
+            messages[COLOUR + "/image_raw"] = picture(pixels, "rgb8")
+            if COLOUR + "/image_raw/compressed" in wanted:
+                Picture.fromarray(pixels).save(data, "JPEG", quality=JPEG_QUALITY)
+                messages[COLOUR + "/image_raw/compressed"] = CompressedImage(format="jpeg", data=data.getvalue())
         if DEPTH + "/image_rect_raw" in wanted or ALIGNED + "/image_raw" in wanted:
             depth = camera.depth()
-            self._send(DEPTH, "/image_rect_raw", picture(depth, "16UC1"), stamp)
-            self._send(ALIGNED, "/image_raw", picture(depth, "16UC1"), stamp)
-        info = lens(self._parameters["width"], self._parameters["height"], camera.focal_length)
-        for name in self._frames:
-            self._send(name, "/camera_info", info, stamp)
-
-    def _publish_colour(self, stamp, pixels):
-        self._send(COLOUR, "/image_raw", picture(pixels, "rgb8"), stamp)
-        if self._publishers[COLOUR + "/image_raw/compressed"].get_num_connections():
-            data = io.BytesIO()
-            Picture.fromarray(pixels).save(data, "JPEG", quality=JPEG_QUALITY)
-            self._send(COLOUR, "/image_raw/compressed", CompressedImage(format="jpeg", data=data.getvalue()), stamp)
-
-    def _send(self, camera, topic, message, stamp):
-        message.header.stamp, message.header.frame_id = stamp, self._frames[camera]
-        self._publishers[camera + topic].publish(message)
+            messages.update({DEPTH + "/image_rect_raw": picture(depth, "16UC1"),
+                             ALIGNED + "/image_raw": picture(depth, "16UC1")})
+        for name, message in messages.items():
+            message.header.stamp = truth.header.stamp
+            message.header.frame_id = self._frames["/".join(name.split("/")[:2])]
+            self._publishers[name].publish(message)
 
 
 def optical(parent, child):

@@ -13,28 +13,26 @@ from robotont_simulator.world import World
 
 def robot(name="", seed=0):
     """A `LockstepRun` of a robot (docs/robots.md) on an empty floor. Raises OSError or ValueError without one."""
-    return LockstepRun(Simulation(read_robot(name).wheels, World((), (0.0, 0.0, 0.0)), seed))
+    return LockstepRun(Simulation(read_robot(name).wheels, World(), seed))
 
 
 class LockstepRun:
     """Drives a `Simulation` by twists, through the packets and the firmware, and keeps odometry.
 
     counts: the list of all packets' counts. path: (time [s], odometry pose, true pose) of each packet.
-    believed: `Wheels` that commands and odometry are computed with, config_wheels: those that the firmware is told;
-    None: the true ones.
+    believed: `Wheels` that commands, odometry and the firmware are told; None: the true ones.
     """
 
-    def __init__(self, simulation, believed=None, config_wheels=None):
-        wheels = simulation.wheels
+    def __init__(self, simulation, believed=None):
+        wheels = believed or simulation.wheels
         self.simulation = simulation
-        self.kinematics = Kinematics(believed or wheels)
+        self.kinematics = Kinematics(wheels)
         self.odometry = WheelOdometry(self.kinematics, 1.0 / wheels.pid_frequency, 0.01)
-        self.counts = []
-        self.path = []
+        self.counts, self.path = [], []
         self._to_board = bytearray()
-        self._reader = Checked(believed or wheels)
-        self._board = SimulatedBoard(simulation, self, lambda: True, real_time=False)
-        numbers = configuration(config_wheels or wheels, *simulation.inertia)
+        self._reader = Checked(wheels)
+        self._board = SimulatedBoard(simulation, self, lambda: True)
+        numbers = configuration(wheels, *simulation.inertia)
         self._controller = Controller(self._board, numbers, wheels.amount, "simulated")
         self._controller.start()
 
@@ -47,8 +45,7 @@ class LockstepRun:
         """Command one twist per period, until the iterable ends; None commands nothing."""
         for twist in twists:
             if twist is not None:
-                packet = format_packet(self.kinematics.units_of_twist(twist), 2)
-                self._to_board += add_checksum(packet)
+                self._to_board += add_checksum(format_packet(self.kinematics.units_of_twist(twist), 2))
             self._controller.step(self._board.wait_tick())
 
     def hold(self, twist, seconds):

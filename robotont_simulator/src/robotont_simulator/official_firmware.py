@@ -1,13 +1,14 @@
 """Robotont's boards with the official firmware on the simulated robot, instead of this project's own."""
 
+import itertools
 import math
-import time
 
 from robotont_boards import BOARDS, POSITIONS
+from robotont_simulator.simulated_board import Pace
 from robotont_simulator.simulation import Simulation
 
 MOTORS_FREQUENCY = 100  # [Hz] the physics moves on in periods of the fastest control, 10 ms
-LOOK = 0.005            # [s] between two looks at the serial port
+LOOK, LOOKS = 0.005, 4  # [s] between two looks at the serial port, and how many to a tick
 LONGEST_STALL = 0.1     # [s] of time that is made up for; what the computer loses beyond that is given up
 LARGEST_ANGLE = 0.1     # [rad] by which a wheel may be elsewhere than the board believes
 
@@ -50,14 +51,11 @@ class OfficialFirmware:
     on_tick(): called every 20 ms; returns whether to go on.
     """
 
-    PERIOD = 0.02  # [s]
-
     def __init__(self, name, simulation, line, on_tick):
         self._board = BOARDS[name](SimulatedMotors(simulation))
         self._line = line
         self._on_tick = on_tick
-        self.due = time.monotonic()  # [s] when the newest period was over
-        self.late = 0  # stalls after which time was skipped
+        self.pace = Pace(LOOK, LONGEST_STALL)
 
     @property
     def dead(self):
@@ -66,19 +64,13 @@ class OfficialFirmware:
 
     def run(self):
         """Serve until `on_tick` returns false."""
-        board, before, tick = self._board, time.monotonic(), self.PERIOD
-        going = True
-        while going:
-            time.sleep(max(0.0, before + LOOK - time.monotonic()))
-            now = time.monotonic()
-            self.late += now - before > LONGEST_STALL
-            passed, before = min(now - before, LONGEST_STALL), now
+        board = self._board
+        for look in itertools.count(1):
+            self.pace.wait()
             for line in self._line.read(4096).splitlines(keepends=True):
                 board.receive(line, board.now)
-            data = board.advance(board.now + passed)
+            data = board.advance(board.now + LOOK)
             if data:
                 self._line.write(data)
-            while going and board.now >= tick:
-                self.due = now - (board.now - tick)
-                tick += self.PERIOD
-                going = self._on_tick()
+            if look % LOOKS == 0 and not self._on_tick():
+                return

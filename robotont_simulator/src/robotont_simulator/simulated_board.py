@@ -11,6 +11,7 @@ from robotont_firmware.main_loop import Controller
 EVEN = 0.1  # by which the sines of the angles between wheels may differ
 HOLLOW = 0.34  # moment of inertia of a wheel, in its mass times its radius squared
 DARK = 0.5  # [s] that a board without power and then starting does nothing
+LONGEST_STALL = 0.4  # [s] that is made up for; the firmware must not miss half a second of commands at once
 
 
 def configuration(wheels, mass, inertia):
@@ -48,7 +49,26 @@ def is_even(wheels):
     return max(steps) - min(steps) <= EVEN and sum(steps) > 0
 
 
-LONGEST_STALL = 0.4  # [s] that is made up for; the firmware must not miss half a second of commands at once
+class Pace:
+    """Even periods [s], as those of a hardware timer, however late this program wakes up; for a thread.
+
+    A stall is made up for; of one that is longer than `longest` [s] whole periods are skipped.
+    """
+
+    def __init__(self, period, longest):
+        self._period, self._longest = period, longest
+        self.due = time.monotonic()  # [s] when the newest period was over
+        self.late = 0  # stalls after which time was skipped
+
+    def wait(self):
+        """Sleep until the next period is over."""
+        self.due += self._period
+        ahead = self.due - time.monotonic()
+        if ahead > 0:
+            time.sleep(ahead)
+        elif ahead < -self._longest:
+            self.late += 1
+            self.due += self._period * (-ahead // self._period)
 
 
 class SimulatedBoard:
@@ -56,17 +76,16 @@ class SimulatedBoard:
 
     line: an object with read(size) -> bytes and write(bytes), the board's end of the serial line.
     on_tick(): called once per period, after the physics; returns whether to go on.
-    real_time: keep pace with the clock instead of running as fast as possible.
+    pace: None to run as fast as possible.
     """
 
-    def __init__(self, simulation, line, on_tick, real_time):
-        self.line = line
-        self.late = 0  # stalls after which time was skipped
+    dead = ""
+
+    def __init__(self, simulation, line, on_tick, pace=None):
+        self.line, self.pace = line, pace
         self._power_failed = False
         self._simulation = simulation
         self._on_tick = on_tick
-        self._period = 1.0 / simulation.wheels.pid_frequency
-        self.due = time.monotonic() if real_time else None  # [s] when the newest period was over, on its own clock
 
     def run(self):
         """Run the firmware until the simulation ends, through every failure of the board's supply."""
@@ -77,7 +96,7 @@ class SimulatedBoard:
             controller.run()
             if not self._power_failed:
                 return
-            for _ in range(round(DARK / self._period)):
+            for _ in range(round(DARK * wheels.pid_frequency)):
                 self.wait_tick()
             while self.line.read(4096):
                 pass  # lost
@@ -90,23 +109,9 @@ class SimulatedBoard:
     def wait_tick(self):
         """Let one period pass; 1, or 0 to end."""
         self._simulation.step()
-        if self.due is not None:
-            self._keep_pace()
+        if self.pace:
+            self.pace.wait()
         return 1 if self._on_tick() and not self._power_failed else 0
-
-    def _keep_pace(self):
-        """Sleep until the period is over.
-
-        The board's periods are even, as those of a hardware timer, however late this program wakes up: after a
-        stall it catches up, or, after a long one, skips whole periods.
-        """
-        self.due += self._period
-        ahead = self.due - time.monotonic()
-        if ahead > 0:
-            time.sleep(ahead)
-        elif ahead < -LONGEST_STALL:
-            self.late += 1
-            self.due += self._period * (-ahead // self._period)
 
     def counts(self, totals):
         """Fill in the encoders' counters."""

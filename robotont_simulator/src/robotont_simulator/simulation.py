@@ -6,11 +6,10 @@ import mujoco
 import numpy as np
 
 from robotont_description.geometry import laser_height
+from robotont_driver.kinematics.se2 import between
 from robotont_simulator.imu import GRAVITY, ImuErrors
-from robotont_simulator.mujoco_model import AWAY, FRICTION, TIMESTEP, VOLTAGE, WORLD_GROUP, build
-from robotont_simulator.scenery import HEIGHT
+from robotont_simulator.mujoco_model import FRICTION, TIMESTEP, VOLTAGE, WORLD_GROUP, build, move, put
 
-GOOD, UNPLUGGED, REVERSED = 1, 0, -1  # states of an encoder
 JAMMED = 50.0      # [N m] friction of a wheel that something holds: more than any motor
 PUSH_DURATION = 0.3  # [s] that a push takes
 PUSH_LIFT = 1.0      # part of the robot's weight that a push takes off its wheels, as a person carrying the robot would
@@ -20,42 +19,34 @@ class Simulation:
     """A robot with `Wheels` in a `World`. Deterministic for a seed and a sequence of calls.
 
     imu_rate: [Hz] of an inertial measurement unit, at most; as many whole steps of the physics as divide the period
-    lie between two readings. 0: none.
+    lie between two readings. 0: none. voltage: [V] of the battery.
     """
 
     def __init__(self, wheels, world, seed=0, imu_rate=0.0):
         self.wheels = wheels
-        self.world = world
-        self.random = np.random.default_rng(seed)
-        self.mujoco_model = mujoco.MjModel.from_xml_string(build(wheels, world))
-        self.data = mujoco.MjData(self.mujoco_model)
+        self.mujoco_model = model = mujoco.MjModel.from_xml_string(build(wheels, world))
+        self.data = mujoco.MjData(model)
         self.voltage = VOLTAGE
         self._steps = max(1, round(1.0 / wheels.pid_frequency / TIMESTEP))
-        self.mujoco_model.opt.timestep = 1.0 / wheels.pid_frequency / self._steps
-        self._body = self.mujoco_model.body("base_link").id
-        self._angle_at = [int(self.mujoco_model.joint(f"wheel{wheel}").qposadr[0]) for wheel in range(wheels.amount)]
-        self._brake = self.mujoco_model.actuator_biasprm[:, 2].copy()
-        self._rollers = [
-            [geom for geom in range(self.mujoco_model.ngeom)
-             if (self.mujoco_model.geom(geom).name or "").startswith(f"roller{wheel}_")]
-            for wheel in range(wheels.amount)
-        ]
+        model.opt.timestep = 1.0 / wheels.pid_frequency / self._steps
+        self._body = model.body("base_link").id
+        joints = [model.joint(f"wheel{wheel}") for wheel in range(wheels.amount)]
+        self._angle_at, self._dofs = (np.concatenate([getattr(joint, place) for joint in joints])
+                                      for place in ("qposadr", "dofadr"))
+        self._brake, self._frictions = model.actuator_biasprm[:, 2].copy(), model.dof_frictionloss[self._dofs].copy()
         # encoders start anywhere
-        self._counters = self.random.integers(0, 0x10000, wheels.amount)
+        self._counters = np.random.default_rng(seed).integers(0, 0x10000, wheels.amount)
         self._edges = np.zeros(wheels.amount, int)  # since the start, as the wheels turned
-        self._encoders = np.full(wheels.amount, GOOD)
-        self._powered = np.ones(wheels.amount, bool)
-        self._dofs = [int(self.mujoco_model.joint(f"wheel{wheel}").dofadr[0]) for wheel in range(wheels.amount)]
-        self._frictions = self.mujoco_model.dof_frictionloss[self._dofs].copy()
+        self._encoders, self._powered = np.ones(wheels.amount, int), np.ones(wheels.amount, bool)
         self._efforts = np.zeros(wheels.amount)
         self._push_ends = 0.0  # [s]
         readings = max((part for part in range(1, self._steps + 1)
                         if self._steps % part == 0 and part * wheels.pid_frequency <= imu_rate), default=0)
         self._imu_steps = self._steps // readings if readings else 0
-        self.imu_interval = self._imu_steps * self.mujoco_model.opt.timestep  # [s] between two readings
+        self.imu_interval = self._imu_steps * model.opt.timestep  # [s] between two readings
         self.imu_errors = ImuErrors(1 / self.imu_interval, np.random.default_rng([seed, 1])) if readings else None
         self.imu_readings = []  # of the newest period, oldest first, as `ImuErrors.measure` returns them
-        mujoco.mj_forward(self.mujoco_model, self.data)
+        mujoco.mj_forward(model, self.data)
 
     @property
     def time(self):
@@ -77,7 +68,8 @@ class Simulation:
     def step(self):
         """One PID period."""
         self.data.ctrl[:] = self._efforts * self._powered * (self.voltage / VOLTAGE)
-        self.mujoco_model.actuator_biasprm[:, 2] = self._brake * self._driven()
+        # the driver leaves motors without current open, which neither turns nor brakes
+        self.mujoco_model.actuator_biasprm[:, 2] = self._brake * ((self._efforts != 0) & self._powered)
         if self.time >= self._push_ends:
             self.data.xfrc_applied[self._body] = 0.0
         if self.imu_errors is None:
@@ -114,10 +106,8 @@ class Simulation:
 
     def twist(self):
         """Ground truth in base_link: (v_x [m/s], v_y [m/s], omega [rad/s])."""
-        yaw = self.pose()[2]
-        vx, vy = self.data.qvel[:2]
-        return (float(math.cos(yaw) * vx + math.sin(yaw) * vy), float(-math.sin(yaw) * vx + math.cos(yaw) * vy),
-                float(self.data.qvel[5]))
+        vx, vy, _ = between((0.0, 0.0, self.pose()[2]), (*self.data.qvel[:2].tolist(), 0.0))
+        return vx, vy, float(self.data.qvel[5])
 
     def push(self, x, y, turn=0.0):
         """An impulse on the body in world axes: (x, y) [N s] and [N m s], during PUSH_DURATION.
@@ -132,56 +122,31 @@ class Simulation:
 
     def carry(self, x, y, yaw):
         """Put the robot down at a pose [m, m, rad], at rest; the wheels have not turned."""
-        data = self.data
-        data.qpos[:2] = x, y
-        data.qpos[3:7] = math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)
-        data.qvel[:6] = 0.0
+        move(self.data, (x, y, yaw))
+        self.data.qvel[:6] = 0.0
 
-    def visit(self, x, y):
-        """Let the visitor, a cylinder, stand at (x, y) [m]; not finite: nowhere."""
-        there = math.isfinite(x) and math.isfinite(y)
-        self.data.mocap_pos[0] = (x, y, HEIGHT / 2) if there else AWAY
+    def put(self, number, x, y):
+        """The visitor (0) or another robot (1 and more) stands at x, y [m]; not finite: nowhere."""
+        put(self.data, number, x, y)
 
-    def put_other(self, number, x, y):
-        """Another robot stands at (x, y) [m]; number: 0 to `World.others` - 1."""
-        self.data.mocap_pos[1 + number] = x, y, 0.0
-
-    def set_grip(self, wheel, part):
-        """Make a wheel slippery: `part` (0..1) of the normal friction."""
-        self.mujoco_model.geom_friction[self._rollers[wheel], 0] = max(FRICTION * part, 1e-3)
-
-    def set_mass(self, mass):
-        """Make the body, without the wheels, this heavy [kg], of the same shape."""
+    def set_grip(self, *parts):
+        """Make wheels slippery: of each the part (0..1) of the normal friction."""
         model = self.mujoco_model
-        model.body_inertia[self._body] *= mass / model.body_mass[self._body]
-        model.body_mass[self._body] = mass
-        mujoco.mj_setConst(model, self.data)
+        for wheel, part in enumerate(parts):
+            rollers = model.body_parentid[model.geom_bodyid] == model.body(f"hub{wheel}").id
+            model.geom_friction[rollers, 0] = max(FRICTION * part, 1e-3)
 
-    def set_encoder(self, wheel, state):
-        """Make an encoder GOOD, UNPLUGGED or REVERSED."""
-        self._encoders[wheel] = state
+    def set_encoders(self, *states):
+        """Make each encoder good (1), unplugged (0) or reversed (-1)."""
+        self._encoders[:] = states
 
-    def set_motor(self, wheel, powered):
-        """Connect or disconnect a motor's current: without it the wheel rolls."""
-        self._powered[wheel] = powered
+    def set_motors(self, *powered):
+        """Connect or disconnect each motor's current: without it the wheel rolls."""
+        self._powered[:] = powered
 
-    def set_jam(self, wheel, jammed):
-        """Hold a wheel fast, or let it go."""
-        self.mujoco_model.dof_frictionloss[self._dofs[wheel]] = JAMMED if jammed else self._frictions[wheel]
-
-    def wheel_speeds(self):
-        """[rad/s] of each wheel, n."""
-        return self.data.qvel[self._dofs]
-
-    def _driven(self):
-        """Of each motor whether it has current: the driver leaves others open, which neither turns nor brakes."""
-        return (self._efforts != 0) & self._powered
-
-    def touches(self):
-        """Whether the body touches a wall or a box."""
-        body = self.mujoco_model.geom("body").id
-        contacts = self.data.contact.geom[:self.data.ncon]
-        return bool(len(contacts) and np.any(contacts == body))
+    def set_jam(self, *held):
+        """Hold wheels fast, or let them go, n."""
+        self.mujoco_model.dof_frictionloss[self._dofs] = np.where(held, JAMMED, self._frictions)
 
     def scan(self, angles, nearest, farthest):
         """[m] from the laser to what stands at each of the `angles` [rad] from forward.
@@ -189,13 +154,10 @@ class Simulation:
         As REP 117 wants it: -inf below `nearest`, inf beyond `farthest` [m].
         """
         yaw = self.pose()[2]
-        matrix = self.data.xmat[self._body].reshape(3, 3)
-        origin = self.data.xpos[self._body] + matrix[:, 2] * laser_height(self.wheels)
+        origin = self.data.xpos[self._body] + self.data.xmat[self._body].reshape(3, 3)[:, 2] * laser_height(self.wheels)
         directions = np.column_stack([np.cos(angles + yaw), np.sin(angles + yaw), np.zeros(len(angles))])
-        distances = np.empty(len(angles))
-        geoms = np.empty(len(angles), np.int32)
-        groups = np.zeros(6, np.uint8)
-        groups[WORLD_GROUP] = 1
+        distances, geoms = np.empty(len(angles)), np.empty(len(angles), np.int32)
+        groups = (np.arange(6) == WORLD_GROUP).astype(np.uint8)
         normals = {"normal": None} if "normal:" in mujoco.mj_multiRay.__doc__ else {}  # newer MuJoCo asks for them
         mujoco.mj_multiRay(self.mujoco_model, self.data, origin, directions.ravel(), groups, 1, self._body,
                            geoms, distances, nray=len(angles), cutoff=farthest, **normals)

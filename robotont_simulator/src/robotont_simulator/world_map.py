@@ -10,15 +10,13 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 from visualization_msgs.msg import Marker, MarkerArray
 
 from robotont_driver.kinematics.se2 import compose, pose_of
-from robotont_simulator.mujoco_model import WALL_COLOUR
-from robotont_simulator.scenery import HEIGHT, Shape
 from robotont_simulator.world import FREE, OCCUPIED, draw_map
 
 RESOLUTION = 0.05  # [m] per cell
 
 
 class WorldMap:
-    """Publishes them for as long as it lives. Raises WorldError where the start is in a wall."""
+    """Publishes them for as long as it lives. Raises ValueError where the start is in a wall."""
 
     def __init__(self, world, odom_frame):
         # static, so that the transforms of a localization which is started later take its place
@@ -26,17 +24,16 @@ class WorldMap:
         self._odom_frame, self._start, self._newest = odom_frame, world.start, None  # newest: pose, its covariance
         self._send_start()
         rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=50)
-        if world.boxes or world.posts:
+        if world.solids:
             self._publisher = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
             self._publisher.publish(message(*draw_map(world, RESOLUTION)))
         self._markers = rospy.Publisher("world", MarkerArray, queue_size=1, latch=True)
-        self._markers.publish(markers(world))
+        self._markers.publish(MarkerArray([marker(number, shape) for number, shape in enumerate(world.shapes)]))
 
     def _send_start(self):
         start = TransformStamped(child_frame_id=self._odom_frame)
         start.header.stamp, start.header.frame_id = rospy.Time.now(), "map"
-        start.transform.translation.x, start.transform.translation.y, yaw = self._start
-        start.transform.rotation.z, start.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+        fill(start.transform.translation, start.transform.rotation, self._start)
         self._broadcaster.sendTransform(start)
 
     def _on_odometry(self, message):
@@ -55,22 +52,20 @@ def is_reset(before, now):
     return all(now[number] < before[number] / 2 for number in (0, 7, 35))
 
 
-def markers(world):
-    """The MarkerArray of all that stands in a world, or is painted there, for RViz."""
-    walls = [Shape("boxes", False, box.x, box.y, HEIGHT / 2, box.length, box.width, HEIGHT, box.yaw, WALL_COLOUR)
-             for box in world.boxes]
-    array = MarkerArray()
-    for number, shape in enumerate((*walls, *world.scenery)):
-        marker = Marker(ns="world", id=number, type=Marker.CYLINDER if shape.round else Marker.CUBE)
-        marker.header.frame_id = "map"
-        place, turned = marker.pose.position, marker.pose.orientation
-        place.x, place.y, place.z = shape.x, shape.y, shape.z
-        turned.z, turned.w = math.sin(shape.yaw / 2), math.cos(shape.yaw / 2)
-        marker.scale.x, marker.scale.y, marker.scale.z = shape.length, shape.width, shape.height
-        marker.color.r, marker.color.g, marker.color.b = shape.colour
-        marker.color.a = 1.0
-        array.markers.append(marker)
-    return array
+def fill(place, orientation, pose):
+    """Write (x [m], y [m], yaw [rad]) into a message's parts."""
+    place.x, place.y, yaw = pose
+    orientation.z, orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+
+
+def marker(number, shape):
+    """The Marker of a `Shape`, for RViz."""
+    found = Marker(ns="world", id=number, type=Marker.CYLINDER if shape.round else Marker.CUBE)
+    found.header.frame_id, found.pose.position.z = "map", shape.z
+    fill(found.pose.position, found.pose.orientation, (shape.x, shape.y, shape.yaw))
+    found.scale.x, found.scale.y, found.scale.z = shape.length, shape.width, shape.height
+    found.color.r, found.color.g, found.color.b, found.color.a = *shape.colour, 1.0
+    return found
 
 
 def message(image, origin):

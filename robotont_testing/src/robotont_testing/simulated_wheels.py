@@ -100,3 +100,9 @@ def matrix_of(covariance):
     """3 x 3 of a `Covariance`, its upper triangle row by row."""
     xx, xy, xa, yy, ya, aa = covariance
     return np.array(((xx, xy, xa), (xy, yy, ya), (xa, ya, aa)))
+
+
+def touches(simulation):
+    """Whether the body of a robotont_simulator.simulation.Simulation touches a wall or a box."""
+    contacts = simulation.data.contact.geom[:simulation.data.ncon]
+    return bool(np.any(contacts == simulation.mujoco_model.geom("body").id))

@@ -31,6 +31,20 @@ class WebTeleopStopTest(PageServerTest):
         page.wait("$('can').textContent.includes('Let go of')", "the request to let go")
         self.assertFalse([command for command in self.hand if any(command)])
 
+    def test_a_stop_that_no_driver_has_heard_yet_outlives_the_pages_server(self):
+        server, page = self.start(), self.open()
+        page.finger(1, "#stop")
+        page.lift()
+        page.wait("!$('stop_waits').hidden", "that nobody stands by it")
+        self.processes.stop(server)
+        page.wait(f"!({OPEN})", "the end of the connection")
+        self.start()
+        page.wait(OPEN, "the new connection")
+        self.start_driver_node()
+        wait_for(self.pressed, "the stop")
+        page.wait("$('stop_waits').hidden && !$('stopped').hidden", "words about the stop")
+        rospy.ServiceProxy("emergency_stop/release", Trigger)()
+
     def start_driver_node(self):
         self.addCleanup(rospy.set_param, "/emergency_stop_pressed", [])
         self.processes.node("driver_node")

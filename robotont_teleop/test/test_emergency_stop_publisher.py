@@ -8,12 +8,12 @@ import time
 import rosgraph
 import rospy
 from rosgraph.network import read_ros_handshake_header, write_ros_handshake_header
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand import service_request
-from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
+from robotont_teleop.hand.emergency_stop_publisher import HELD, EmergencyStopPublisher
 from robotont_teleop.hand.service_request import OLDEST, ServiceRequest
 from robotont_testing.harness import Master, in_own_process, suspended, wait_for
 from robotont_testing.robots import WHEEL_PARAMS
@@ -74,6 +74,34 @@ def test_a_release_tells_which_presses_its_person_has_seen():
         assert button.waits, "the robot stands by another press, which may have ended"
         button.release()
         wait_for(lambda: told == ["/hand, /other"], "the release")
+
+
+@in_own_process
+def test_a_release_that_was_begun_before_a_press_does_not_end_it():
+    with Master():
+        rospy.init_node("hand", disable_signals=True)
+        heard, words = [], rospy.Publisher("emergency_stop/pressed_by", String, queue_size=1, latch=True)
+        rospy.Subscriber("emergency_stop", Bool, lambda message: heard.append(message.data))
+        button = EmergencyStopPublisher()
+        wait_for(lambda: button.has_driver, "the words of a driver")
+
+        def say(word):
+            words.publish(word)
+            wait_for(lambda: button.pressed_by == word, "the word")
+        button.press()
+        say("/hand")
+        wait_for(lambda: heard == [True], "the press")
+        say("")  # another's, at once: whoever has asked for it has not seen this press
+        wait_for(lambda: heard == [True, True], "the press again")
+        say("/hand")
+        button.release()
+        say("")
+        wait_for(lambda: heard == [True, True, False], "the own release counts at once")
+        button.press()
+        say("/hand")
+        time.sleep(HELD)
+        say("")
+        wait_for(lambda: heard == [True, True, False, True, False], "another's, later")
 
 
 @in_own_process

@@ -49,6 +49,15 @@ def test_a_battery_that_is_low_is_a_light_once(monkeypatch, percentage, task, ke
     assert reports.battery["charge"] in (None, 0.1, 0.5)
 
 
+@pytest.mark.parametrize("level", [-128, -1, 3, 127])
+def test_a_level_that_is_none_is_shown_as_silence(monkeypatch, level):
+    monkeypatch.setattr("rospy.Subscriber", lambda *_, **__: None)
+    reports = RobotReports("")
+    reports._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(name="a: b", level=level)]))
+    assert [light["level"] for light in reports.lights] == [3]
+    assert reports.worst["fault"] == "silent"
+
+
 def test_a_speed_that_is_no_number_is_unknown(monkeypatch):
     monkeypatch.setattr("rospy.Subscriber", lambda *_, **__: None)
     reports, odometry = RobotReports(""), Odometry()

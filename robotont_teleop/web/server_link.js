@@ -11,7 +11,7 @@ export class Link {
   time = null;        // [ms] newest server time
   heard = -Infinity;  // [ms] when it came, by performance.now()
   page = null;        // number of this one, while there is a connection
-  stopWanted = null;  // STOP has been pressed, and no state has said yet that the server presses it: {at [ms], before}
+  stopWanted = null;  // STOP has been pressed, and no state has said yet that the robot stands by it: {at [ms], before}
   press = null;       // the newest that a state has told of
 
   // on: functions by kind of message, and `connection(open)`
@@ -53,7 +53,7 @@ export class Link {
   // A browser does not say why a socket was refused; the page itself does. No server: go on trying.
   async lookForToken() {
     const answer = await fetch("./", {cache: "no-store", signal: AbortSignal.timeout(2 * LOST)}).catch(() => null);
-    if (answer?.status === 401) {
+    if (answer?.status === 401 && !this.stopWanted) {
       location.reload();
     } else {
       this.connect();
@@ -71,7 +71,7 @@ export class Link {
     } else if (message.kind === "state") {
       this.time = Math.max(this.time ?? 0, message.time);
       this.heard = performance.now();
-      // that another one presses, or this server by an older press, says nothing of this one
+      // that it stands by another's press, or by an older one of this server, says nothing of this one
       this.stopWanted = message.pressed_here && message.pressed_at !== this.stopWanted?.before ? null : this.stopWanted;
       this.press = message.pressed_at;
     }

@@ -107,6 +107,16 @@ test("a STOP goes out again until the server presses it, whoever else has presse
   assert.equal(link.stopWanted, null);
 });
 
+test("a page whose STOP has not arrived is not left for a token", async (t) => {
+  const {link, hello, state} = makeLink(t);
+  hello(1);
+  link.stop();
+  t.mock.method(globalThis, "fetch", async () => ({status: 401}));
+  await link.lookForToken();
+  hello(2);
+  assert.ok(link.socket.sent.includes("stop"));
+});
+
 test("that the server still presses, by an older STOP, is no word that this one has arrived", (t) => {
   const {link, hello, state} = makeLink(t);
   hello(1);

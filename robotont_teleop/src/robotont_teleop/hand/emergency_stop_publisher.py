@@ -9,6 +9,8 @@ from robotont_driver.ros.worker import boot_time
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.service_request import ServiceRequest
 
+HELD = 1.0  # [s] for which a person holds the button of a release: one that ends a younger press was begun before it
+
 
 class EmergencyStopPublisher:
     """Presses for this node, follows driver_node's word of who presses, and asks it for a release.
@@ -24,12 +26,11 @@ class EmergencyStopPublisher:
         self.latched = False       # whether this node presses
         self._named = None         # connection on which driver_node has named this node since its newest press
         self.pressed_at = boot_time()  # [s] newest press; before the start of this node nothing was seen
-        # asks driver_node to let commands move the robot again, not late, and not over a press that was not seen here;
-        # returns at once
-        self.release = ServiceRequest(
+        self._younger = -HELD      # [s] newest own press, which no own release has followed
+        self._release = ServiceRequest(
             "emergency_stop/release", "release of the emergency stop", self._not_released,
             lambda asked: "it was pressed again meanwhile" if self.pressed_at > asked else "", self._released,
-            lambda: f"{rospy.get_name()}, {self.pressed_by}").call
+            lambda: f"{rospy.get_name()}, {self.pressed_by}")
         self._publisher = rospy.Publisher("emergency_stop", Bool, queue_size=5, tcp_nodelay=True, latch=True)
         self._words = rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, queue_size=5,
                                        tcp_nodelay=True)
@@ -58,8 +59,13 @@ class EmergencyStopPublisher:
             self.latched = True
             if not self._is_named():
                 self._named = None
-            self.pressed_at = boot_time()
+            self.pressed_at = self._younger = boot_time()
             self._publisher.publish(True)
+
+    def release(self):
+        """Ask driver_node to let commands move the robot, not late, nor over a press not seen here; returns at once."""
+        self._younger = -HELD
+        self._release.call()
 
     def _not_released(self, words):
         rospy.logerr("%s", words)
@@ -80,7 +86,10 @@ class EmergencyStopPublisher:
             if self._is_named():
                 self._named = connection_header(message)
             elif self._named is connection_header(message):
-                self._unlatch()
+                if boot_time() - self._younger < HELD:
+                    self.press()
+                else:
+                    self._unlatch()
 
     def _is_named(self):
         return rospy.get_name() in self.pressed_by.split(", ")

@@ -16,7 +16,7 @@ from robotont_teleop.hand.fault_keys import fault_key
 STALE = 1.0      # [s] a value that has not come for so long is not shown
 SILENT = 5.0     # [s] a task or a battery that has not come for so long is silent
 FORGOTTEN = 60.0  # [s] ... and then no more
-SILENCE = 3      # beside the levels of diagnostic_msgs/DiagnosticStatus
+LEVELS, SILENCE = (0, 1, 2), 3  # of diagnostic_msgs/DiagnosticStatus; and beside them
 LONGEST_WAY = 0.5  # [m] between two poses; beyond, the odometry was reset
 MOST, LONGEST_NAME, LONGEST_WORDS, MOST_VALUES = 96, 80, 200, 100
 
@@ -132,6 +132,7 @@ class RobotReports:
             if foreign or not (name in tasks or len(tasks) < MOST):
                 continue
             level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
+            level = level if level in LEVELS else SILENCE
             words = status.message[:LONGEST_WORDS]
             values = {value.key[:LONGEST_NAME]: _number(value.value) for value in status.values[:MOST_VALUES]}
             given = next((value.value[:LONGEST_NAME] for value in status.values if value.key == "fault"), "")

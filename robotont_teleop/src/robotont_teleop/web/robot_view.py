@@ -76,7 +76,7 @@ class RobotView(RobotTelemetry):
         """Fast-changing state, for JSON."""
         stop = self.emergency_stop
         return {**super().state(), "stopped": stop.pressed, "stop_waits": stop.waits,
-                "pressed_here": stop.latched, "heard": self._command.get_num_connections() > 0}
+                "pressed_here": stop.latched and not stop.waits, "heard": self._command.get_num_connections() > 0}
 
     def status(self):
         """Slow-changing state, for JSON."""

@@ -90,3 +90,12 @@ def test_rosdep_has_a_rule_for_every_key(package):
     root = ElementTree.parse(str(ROOT / package / "package.xml")).getroot()
     keys = {tag.text for tag in root if tag.tag.endswith("depend")}
     assert {key for key in keys if "-" in key} <= RULES
+
+
+def test_each_kind_of_message_is_installed_where_ros_is_debians():
+    """No other package brings it for long: diagnostic_msgs came with diagnostic_updater, until that went."""
+    kinds = set().union(*(declared(package, *RUN_TIME) for package in PACKAGES))
+    used_by_nodes = {kind for kind in kinds if kind.endswith(("_msgs", "_srvs"))} - WHERE_INSTALLED
+    of_others = {"std_msgs", "actionlib_msgs"}  # rospy's and actionlib's own
+    listed = (ROOT / "setup" / "apt_packages.txt").read_text().split()
+    assert not {kind for kind in used_by_nodes - of_others if "python3-" + kind.replace("_", "-") not in listed}

@@ -96,6 +96,6 @@ def test_each_kind_of_message_is_installed_where_ros_is_debians():
     """No other package brings it for long: diagnostic_msgs came with diagnostic_updater, until that went."""
     kinds = set().union(*(declared(package, *RUN_TIME) for package in PACKAGES))
     used_by_nodes = {kind for kind in kinds if kind.endswith(("_msgs", "_srvs"))} - WHERE_INSTALLED
-    of_others = {"std_msgs", "actionlib_msgs"}  # rospy's and actionlib's own
+    of_others = {"std_msgs", "rosgraph_msgs", "actionlib_msgs"}  # rospy's and actionlib's own
     listed = (ROOT / "setup" / "apt_packages.txt").read_text().split()
     assert not {kind for kind in used_by_nodes - of_others if "python3-" + kind.replace("_", "-") not in listed}

@@ -12,7 +12,7 @@ from robotont_driver.protocol.protocol import Packet
 from robotont_testing.stand_in_board import PERIOD, identity, sealed
 
 COMMAND = Packet([5, 5, 5])
-DRIVES, ASKS, STANDS = add_checksum("5:5:5;\n"), QUESTION + add_checksum("0:0:0;\n"), add_checksum("0:0:0;\n")
+DRIVES, STANDS, ZEROS = add_checksum("5:5:5;\n"), add_checksum("0:0:0;\n"), Packet([0, 0, 0])
 
 
 def state(checked):
@@ -109,14 +109,16 @@ def test_the_battery_of_our_own_board_is_a_reading_once_a_second():
         assert [(power.voltage, math.isnan(power.current)) for power in checked.readings] == [(12.34, True)] * readings
 
 
-def test_an_unknown_board_is_asked_and_gets_zeros():
+def test_an_unknown_board_is_asked_and_gets_only_the_zeros_that_are_commanded():
     checked = Reader()
-    assert checked.encode(COMMAND) == STANDS, "nothing has come"
+    assert checked.encode(COMMAND) == b"", "nothing has come"
+    assert checked.encode(ZEROS) == checked.stop() == STANDS
     checked.feed(Sender().packet())
     assert checked.encode(COMMAND) == DRIVES, "firmware before 2.0"
     checked = Reader()
     checked.feed(resting("000000000"))
-    assert checked.encode(COMMAND) == ASKS
+    assert checked.encode(COMMAND) == QUESTION
+    assert checked.encode(ZEROS) == QUESTION + STANDS
     checked.feed(sealed("identity " + identity()))
     assert checked.encode(COMMAND) == DRIVES
     checked = Reader()
@@ -125,11 +127,21 @@ def test_an_unknown_board_is_asked_and_gets_zeros():
     assert checked.health.identity.profile == "ours"
 
 
+def test_the_link_itself_sends_no_zeros_to_a_board_that_waits_for_them():
+    checked = Reader()
+    checked.feed(resting("020000000"))  # restarted, or a wheel has a fault
+    assert checked.stop() == b""
+    checked.feed(sealed("identity " + identity()))
+    assert (checked.stop(), checked.encode(COMMAND), checked.encode(ZEROS)) == (b"", DRIVES, STANDS)
+    checked.feed(resting("000000000", counter=1))
+    assert checked.stop() == STANDS
+
+
 @pytest.mark.parametrize("wheels, rate, words", [(4, 50, "4 wheels"), (3, 100, "100 Hz")])
 def test_another_robot_is_not_driven(wheels, rate, words):
     checked = Reader()
     checked.feed(resting("000000" + "0" * wheels, wheels=wheels))
-    assert checked.encode(COMMAND) == ASKS
+    assert checked.encode(COMMAND) == QUESTION
     checked.feed(sealed("identity " + identity(wheels, rate)))
     assert words in checked.obstacle
     assert checked.encode(COMMAND) == STANDS
@@ -139,7 +151,7 @@ def test_one_packet_of_another_robot_may_be_an_accident():
     checked = Reader()
     for status, wheels in (("0000000000", 4), ("000000000", 3)):
         checked.feed(resting(status, wheels=wheels))
-        assert checked.encode(COMMAND) == ASKS
+        assert checked.encode(COMMAND) == QUESTION
     checked.feed(sealed("identity " + identity()))
     checked.feed(resting("0000000000", wheels=4))
     assert checked.encode(COMMAND) == DRIVES

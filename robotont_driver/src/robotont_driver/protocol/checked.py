@@ -5,7 +5,7 @@ import functools
 import math
 import re
 
-from robotont_driver.protocol.board_status import BoardHealth, BoardStatus
+from robotont_driver.protocol.board_status import WAITS_FOR_ZERO, BoardHealth, BoardStatus
 from robotont_driver.protocol.lost_packets import LostPackets
 from robotont_driver.protocol.protocol import PacketError, Power, Protocol, format_packet
 
@@ -139,7 +139,13 @@ class Checked(Protocol):
         return self.health.report()
 
     def encode(self, command):
-        """The packet with its CRC; zeros to a board that has sent none, is unknown, or must not be driven."""
-        if self.health.wants_identity:
-            return QUESTION + self._zeros
-        return self._zeros if self.obstacle or not self.packets else add_checksum(command.text)
+        """The packet with its CRC; but for zeros none to a board that has sent none or is unknown, which is asked."""
+        if self.obstacle:
+            return self._zeros
+        unknown = self.health.wants_identity
+        packet = b"" if any(command) and (unknown or not self.packets) else add_checksum(command.text)
+        return QUESTION + packet if unknown else packet
+
+    def stop(self):
+        """Empty where the board waits for zeros: it stands, and they are up to whoever commands."""
+        return b"" if self.health.status and self.health.status.flags & WAITS_FOR_ZERO else super().stop()

@@ -200,7 +200,7 @@ class Connection:
 
     def stop(self, now):
         """Bytes of the line that stops all wheels; empty while nothing may be sent."""
-        return self.encode(Packet([0] * self._wheels.amount), now)
+        return self.protocol.stop() if self.protocol else self.encode(Packet([0] * self._wheels.amount), now)
 
     def last_stop(self):
         """Bytes of the line with which a connection ends: of an unknown board the thesis' stop, which may be right."""

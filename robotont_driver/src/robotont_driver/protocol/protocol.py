@@ -129,7 +129,7 @@ class Protocol:
         raise NotImplementedError
 
     def encode(self, command):
-        """Bytes for a command, a `Packet`: its line, behind a question where the board is to answer one."""
+        """Bytes for a command, a `Packet`: its line, if it may be sent, behind a question that the board is to answer."""
         raise NotImplementedError
 
     def stop(self):

@@ -6,11 +6,17 @@ import signal
 import subprocess
 
 import pytest
+from roslaunch.config import load_config_default
+from roslaunch.core import RLException
 
 from robotont_testing import places
 from robotont_testing.harness import START, Master, free_port, suspended, wait_for
 
 REQUIRE = [str(places.program("robotont_bringup", "require")), "robot.launch", "--free", "//driver_node"]
+
+OFFICIAL = places.package("robotont_driver") / "launch"
+OTHERS = [places.launch("driver_basic.launch"), places.launch("odometry_from_commands.launch"),
+          OFFICIAL / "driver_basic.launch", OFFICIAL / "fake_driver.launch"]
 
 
 def finished(command, **environment):
@@ -26,7 +32,7 @@ def pid_of(master):
     return wait_for(answer, "driver_node", START)
 
 
-def test_the_second_launch_is_refused_with_the_name_of_the_first_until_that_was_killed():
+def test_the_second_launch_is_refused_with_the_name_of_the_first_until_that_was_killed(capfd):
     with Master() as master:
         arguments = ["description:=false", "mux:=false"]
         first = master.launch("robot.launch", *arguments, f"port:={master.folder / 'none'}")
@@ -39,6 +45,10 @@ def test_the_second_launch_is_refused_with_the_name_of_the_first_until_that_was_
         assert master.pid("/driver_node") == pid
         port = finished(["rosparam", "get", "/serial_com_node/port"]).stdout.strip()
         assert port == str(master.folder / "none"), "the first one's parameters"
+        for file in OTHERS:
+            with pytest.raises(RLException):
+                load_config_default([(str(file), [])], None)
+            assert f"{file.name}: /driver_node runs already" in capfd.readouterr().err
         with suspended(pid):
             hung = finished(REQUIRE)
         assert hung.returncode == 1

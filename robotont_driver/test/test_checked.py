@@ -7,8 +7,10 @@ from checked_bench import REACH, Reader, Sender
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_driver.protocol.checked import QUESTION, add_checksum, crc16
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.protocol.checked import QUESTION, Checked, add_checksum, crc16
 from robotont_driver.protocol.protocol import Packet
+from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import PERIOD, identity, sealed
 
 COMMAND = Packet([5, 5, 5])
@@ -70,6 +72,17 @@ def test_counts_are_conserved_under_any_loss(losses):
     assert [sum(column) for column in zip(*read)] == [sum(column) for column in zip(*sender.sent)]
     assert len(read) == len(sender.sent)
     assert state(checked) == (0, sum(losses), {})
+
+
+@pytest.mark.parametrize("rate, held, lost", [(50, 10, 30), (50, 87, 38), (200, 0, 280), (200, 280, 0), (200, 80, 240)])
+def test_what_is_lost_behind_a_queue_or_while_the_counter_goes_round_is_recovered(rate, held, lost):
+    sender, checked, read = Sender(), Checked(read_wheels({**SHIPPED, "pidControlFrequency": rate})), []
+    for at, line in enumerate([sender.packet([20, 20, -20]) for _ in range(600)]):
+        if not 0 <= at - 100 - held < lost:
+            read += checked.feed(line, max(at, 100 + held + lost if at >= 100 else 0) / rate)
+    assert read == sender.sent
+    assert [packet.number for packet in read] == list(range(600))
+    assert state(checked) == (0, lost, {})
 
 
 def test_each_line_that_is_no_packet_is_counted_by_its_kind():

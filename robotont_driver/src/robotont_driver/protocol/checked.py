@@ -38,11 +38,12 @@ class ForeignPacketError(PacketError):
 class CheckedPacket:
     """Feedback with a valid CRC: `counts` per wheel, also as `text`, packet `counter`, encoder `totals` modulo 2^16.
 
-    `status`: the board's BoardStatus; None from firmware before 2.0. Its reader's: `arrival` [periods],
-    and `number`, which goes on where the counter begins again.
+    `status`: the board's BoardStatus; None from firmware before 2.0. Its reader's: `arrival` [periods], by how many it
+    came `late` at least, and `number`, which goes on where the counter begins again.
     """
 
     arrival = number = None
+    late = 0.0
 
     def __init__(self, line, wheels):
         """From a line without newline. Raises PacketError."""
@@ -65,7 +66,7 @@ class CheckedPacket:
         self.status = BoardStatus.parse(status, wheels) if status else None
 
     def missed_since(self, last):
-        """(periods, counts per wheel) that the board sent after packet `last` and before this one.
+        """(periods modulo 256, counts per wheel) that the board sent after packet `last` and before this one.
 
         Totals are known modulo 2^16, so the counts are those of the smallest magnitude.
         """

@@ -9,7 +9,7 @@ from robotont_driver.protocol.protocol import Packet, PacketError
 DRIFT = 0.02      # part by which our board's period may differ from the nominal one
 HELD = 25.0       # [periods] whose packets the link may hold back
 JITTER = 2.0      # [periods] by which a packet may come too late after its predecessor
-ANY = 256.0       # [periods] until the counter of the packets begins again
+ANY = 256         # [periods] until the counter of the packets begins again
 NEGLIGIBLE = 5.0  # [edges] of a wheel's path; a Robotont that turns by 0.5 degrees makes 6
 NOISE = 1.0       # [edges per period] by which a speed, out of one packet, may be wrong
 
@@ -67,12 +67,16 @@ class LostPackets:
         2^15 edges: the totals modulo 2^16 do not determine how many.
         """
         periods, counts = packet.missed_since(last)
-        bound = self._reach * periods
         most = most_between(last, packet)
+        if most > ANY:  # the counter may have gone round: as many as fit the speeds before and behind best
+            means = [(old + new) / 2 for old, new in zip(last.counts, packet.counts)]
+            periods = min([periods, *range(periods + ANY, int(most), ANY)], key=lambda many: sum(
+                abs(way - mean * many) for way, mean in zip(counts, means)))
+        bound = self._reach * periods
         if periods + 1 > most or bound >= 0x8000 or max(map(abs, counts)) > bound:
             return None
         # the counter begins at 0 with the board: whether all its packets may have been made since `last`
-        if not periods or packet.counter + 1 > most or most == ANY:
+        if not periods or packet.counter + 1 > most or most >= ANY:
             return periods, counts, False, False
         late = periods + 1 < packet.arrival - last.arrival - JITTER  # more time has passed than the lost periods took
         known = NEGLIGIBLE + NOISE * periods
@@ -95,14 +99,17 @@ class LostPackets:
 
     def _trust(self, packet, number):
         """The packet is the newest one of the board, with that number; its `Packet`."""
-        packet.number = number
+        packet.number, last = number, self._last
+        if last is not None and number:
+            passed = (packet.arrival - last.arrival) * (1 - DRIFT)
+            packet.late = max(0.0, last.late + passed - (number - last.number))
         self._last, self._suspect = packet, None
         return Packet(packet.counts, packet.text + ";\n", number)
 
 
 def most_between(last, packet):
     """How many periods may lie between two packets, the latter's included."""
-    return min(ANY, (packet.arrival - last.arrival) * (1 + DRIFT) + HELD)
+    return (packet.arrival - last.arrival) * (1 + DRIFT) + HELD + last.late
 
 
 def _evenly(count, periods):

@@ -1,10 +1,14 @@
 """Which commands may have waited."""
 
 import random
+from unittest.mock import MagicMock, patch
 
 import pytest
 
 from robotont_driver.command.command_age import MOST_KNOWN, SETTLING, SILENCE, Arrivals, Gaps
+from robotont_driver.kinematics.wheel_params import read_wheels
+from robotont_driver.nodes import driver_node
+from robotont_testing.robots import SHIPPED
 
 LONGEST = 0.5  # [s]
 FAR, NEAR = {"from": "another machine"}, {"from": "this one"}
@@ -71,3 +75,14 @@ def test_a_clock_that_another_thread_read_before_a_gap_hides_none():
     gaps.tick(0.2)
     assert not gaps.settled(1.1)
     assert gaps.amount == 1
+
+
+@pytest.mark.parametrize("timeout, rate", [(0.05, 10.0), (0.05, 200.0), (0.5, 10.0)])
+def test_driver_node_looks_for_gaps_more_often_than_they_are_long(timeout, rate):
+    parameters = {**{parameter.name: parameter.default for parameter in driver_node.PARAMETERS},
+                  "cmd_timeout": timeout, "publish_rate": rate}
+    ros = dict.fromkeys(("rospy", "Worker", "Health", "OutageWatch", "KeptParameter"), MagicMock())
+    ros["rospy"].get_param.return_value = ()
+    with patch.multiple(driver_node, **ros):
+        node = driver_node.DriverNode("driver_node", read_wheels(SHIPPED), parameters, MagicMock())
+        assert 0.0 <= node._repeat() <= timeout / 4

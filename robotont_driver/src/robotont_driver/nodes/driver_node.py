@@ -57,6 +57,7 @@ class DriverNode:
 
     def __init__(self, name, wheels, parameters, topic):
         self._period = 1.0 / parameters["publish_rate"]
+        self._tick_period = parameters["cmd_timeout"] / 8  # [s] of the watch for gaps
         self._board_period = 1.0 / wheels.pid_frequency
         if doubts(wheels):
             rospy.logwarn("%s", doubts(wheels))
@@ -157,7 +158,7 @@ class DriverNode:
             if now - self._sent_at >= pace or self._stream.time_left(now) == 0.0:
                 self._send()
             left = self._stream.time_left(now)
-            return min(self._sent_at + pace - now, pace if left is None else left)
+            return min(self._sent_at + pace - now, pace if left is None else left, self._tick_period)
 
     def _stop(self):
         with self._lock:

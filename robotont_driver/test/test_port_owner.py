@@ -1,7 +1,9 @@
+import errno
 import os
 import pty
 import select
 import termios
+from pathlib import Path
 
 import pytest
 from link_bench import Ends
@@ -49,3 +51,22 @@ def test_the_driver_does_not_touch_the_terminal_of_a_session(port):
     assert select.select([master], [], [], 0) == ([], [], [])  # ... with packets in it
     os.close(slave)
     os.close(master)
+
+
+def test_a_holder_whose_name_the_kernel_has_cut_within_a_letter_is_named(port, monkeypatch):
+    comm = Path("/proc/self/comm")
+    before = comm.read_bytes()
+    with port.open("w") as held:
+        comm.write_bytes("robot-übungenä".encode())
+        monkeypatch.setattr(serial_port.os, "getpid", lambda: 0)  # this process is another one's
+        assert "another program holds it open: process " in serial_port.explain(held.name, OSError(errno.EBUSY, ""))
+        assert " (robot-übungen" in serial_port.users_of(held.name)[0]
+        monkeypatch.undo()
+        comm.write_bytes(before)
+
+
+def test_an_error_is_explained_without_the_list_of_processes(monkeypatch):
+    def listdir(_path):
+        raise OSError(errno.EMFILE, "Too many open files")
+    monkeypatch.setattr(serial_port.os, "listdir", listdir)
+    assert serial_port.explain("port", OSError(errno.EBUSY, "")) == "port: another program holds it open"

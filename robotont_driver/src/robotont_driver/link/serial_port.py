@@ -51,9 +51,9 @@ def _processes():
 
 
 def _read(pid, file):
-    """The text of a process' file in /proc; empty when there is no such process."""
+    """The text of a process' file in /proc, whose name may be cut within a letter; empty without such a process."""
     try:
-        return Path(f"/proc/{pid}/{file}").read_text()
+        return Path(f"/proc/{pid}/{file}").read_text(encoding="utf-8", errors="replace")
     except OSError:
         return ""
 
@@ -127,12 +127,18 @@ def serial_ports():
 
 
 def explain(port, error):
-    """Message about an error on opening or using a port, with advice; the ports that there are, where it is none."""
+    """Message about an error on opening or using a port, with advice; the ports that there are, where it is none.
+
+    Raises nothing.
+    """
     if isinstance(error, ForeignPortError):
         return f"{port}: {error}"
     number = getattr(error, "errno", None)
     if number in BUSY:
-        return ": ".join([f"{port}: another program holds it open", *users_of(port)[:1]])
+        users = []
+        with contextlib.suppress(OSError):  # of /proc, as when this process has too many open files
+            users = users_of(port)[:1]
+        return ": ".join([f"{port}: another program holds it open", *users])
     advice = ADVICE.get(number, "is the board still plugged in?")
     if number == errno.EACCES and is_pseudo_terminal(port):
         advice = "it is another user's simulator, or what is left of it: choose another port"

@@ -37,3 +37,14 @@ def test_a_line_waits_until_its_predecessor_has_left_the_serial_line():
     assert outbox.take(1.009) == b""
     assert abs(outbox.wait(1.009) - 0.001) < 1e-9
     assert outbox.take(1.01) == b"stop"
+
+
+def test_a_board_that_needs_pauses_gets_them_behind_the_end_of_a_long_line():
+    """The last byte of a line of lights is late, and a board that executes one line per loop swallows the next one."""
+    outbox = Outbox(byte_time=0.001)
+    outbox.pacing = 0.03
+    outbox.added.append(b"0123456789")
+    assert outbox.take(1.0) == b"0123456789"
+    outbox.put(b"stop")
+    assert outbox.take(1.039) == b""
+    assert outbox.take(1.041) == b"stop"

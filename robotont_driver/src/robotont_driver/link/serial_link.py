@@ -232,7 +232,7 @@ class Outbox:
     """
 
     def __init__(self, byte_time=0.0):
-        self.pacing = 0.0  # [s] least time between the beginnings of two lines
+        self.pacing = 0.0  # [s] least time from a line's end to the next one's beginning
         self._byte_time = byte_time
         self._command = b""
         self.added = deque(maxlen=MOST_ADDED)
@@ -266,7 +266,7 @@ class Outbox:
         if now < self._free_at or not (self._command or self.added):
             return b""
         line, self._command = self._command or self.added.popleft(), b""
-        self._pause = max(self.pacing, len(line) * self._byte_time)
+        self._pause = self.pacing + len(line) * self._byte_time
         self.sent += 1
         self.written(now)
         return line

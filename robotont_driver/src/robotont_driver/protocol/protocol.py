@@ -83,7 +83,7 @@ class Protocol:
     """
 
     name = ""
-    pacing = 0.0    # [s] least time between the beginnings of two lines to the board; 0: none is needed
+    pacing = 0.0    # [s] least time from a line's end to the next one's beginning, to the board; 0: none is needed
     hello = b""     # sent once, before the first command
     fastest = 0.0   # [m/s] of a wheel's rim, to which the board limits each one alone; 0: it limits none
     repaired = 0    # packets handed out for periods whose lines were lost

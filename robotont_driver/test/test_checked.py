@@ -140,9 +140,10 @@ def test_an_unknown_board_is_asked_and_gets_only_the_zeros_that_are_commanded():
     assert checked.health.identity.profile == "ours"
 
 
-def test_the_link_itself_sends_no_zeros_to_a_board_that_waits_for_them():
+@pytest.mark.parametrize("status", ["020000000", "010000000"])
+def test_the_link_itself_sends_no_zeros_to_a_board_that_waits_for_them_or_stops_by_itself(status):
     checked = Reader()
-    checked.feed(resting("020000000"))  # restarted, or a wheel has a fault
+    checked.feed(resting(status))  # restarted, or a wheel has a fault; timed out
     assert checked.stop() == b""
     checked.feed(sealed("identity " + identity()))
     assert (checked.stop(), checked.encode(COMMAND), checked.encode(ZEROS)) == (b"", DRIVES, STANDS)

@@ -28,8 +28,8 @@ class SerialLink:
     It calls owner.connect(usb_id, now) for a new `Connection` to a port that was opened; owner.on_packet(packet) for
     each `Packet` from the board; on_change(trouble) once per change, with None when the port is open and with a message
     when it is not; on_protocol(protocol) when the board's is known; on_failure(error) with an exception out of these or
-    its own, behind which it opens the port anew. When no command came for `write_timeout` [s] the board is sent one
-    stop.
+    its own, behind which it opens the port anew. When no command came for `write_timeout` [s] the board is sent a
+    stop, and again after each further one: a line may be spoilt.
     """
 
     def __init__(self, port, baudrate, owner, write_timeout=0.5, retry_period=0.5):
@@ -41,7 +41,7 @@ class SerialLink:
         self._port = None       # file descriptor of the open port
         self._outbox = Outbox()
         self.commanded = None   # the newest `Packet`, until it is too old
-        self._deadline = None   # [s] ... as it is then: when to send the stop packet
+        self._deadline = 0.0    # [s] ... as it is then: when to send a stop packet
         self._failure = None    # an exception, which the thread raises
         self._closing = False
         self._close_by = None   # [s] when to give up sending the last packet
@@ -163,8 +163,8 @@ class SerialLink:
         """Write what waits, and the stop in its place when the newest command is too old; [s] to rest."""
         if self._failure:
             raise self._failure
-        if self._deadline is not None and now >= self._deadline:
-            self.commanded = self._deadline = None
+        if now >= self._deadline:
+            self.commanded, self._deadline = None, now + self._write_timeout
             stop = connection.stop(now)
             self.timeouts += bool(stop)
             self._outbox.put(stop)
@@ -184,7 +184,7 @@ class SerialLink:
 
     def _time_to_rest(self, now):
         """[s] until something has to be done although nothing comes."""
-        left = self._tick_period if self._deadline is None else min(max(0.0, self._deadline - now), self._tick_period)
+        left = min(max(0.0, self._deadline - now), self._tick_period)
         return min(left, self._outbox.wait(now) or FULL_LINE) if self._outbox else left
 
     def _say_goodbye(self, port, connection):

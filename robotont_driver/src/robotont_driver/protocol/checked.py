@@ -5,7 +5,7 @@ import functools
 import math
 import re
 
-from robotont_driver.protocol.board_status import WAITS_FOR_ZERO, BoardHealth, BoardStatus
+from robotont_driver.protocol.board_status import TIMED_OUT, WAITS_FOR_ZERO, BoardHealth, BoardStatus
 from robotont_driver.protocol.lost_packets import LostPackets
 from robotont_driver.protocol.protocol import PacketError, Power, Protocol, format_packet
 
@@ -148,5 +148,6 @@ class Checked(Protocol):
         return QUESTION + packet if unknown else packet
 
     def stop(self):
-        """Empty where the board waits for zeros: it stands, and they are up to whoever commands."""
-        return b"" if self.health.status and self.health.status.flags & WAITS_FOR_ZERO else super().stop()
+        """Empty where the board stops by itself; to one that waits for zeros only whoever commands sends them."""
+        stands = self.health.status and self.health.status.flags & (TIMED_OUT | WAITS_FOR_ZERO)
+        return b"" if stands else super().stop()

@@ -242,19 +242,20 @@ def test_wherever_it_is_cut_the_board_has_the_old_firmware_or_the_new_one_or_non
 
 def test_the_owners_files_stay(board, flash):
     for name in ("boot.py", "main.py"):
-        (board.files / name).write_text("print('mine')")
+        (board.files / name).write_text("print('mine on robotont')")
         (board.files / (name + ".kept")).write_text("print('mine, too')")
     status, shown, _ = flash("--profile ours --yes")
     assert status == 0
     assert "The board's own main.py stays, as main.py.kept.kept" in shown
     kept = {path.name: path.read_text() for path in board.files.glob("*.kept")}
-    assert kept == {"boot.py.kept": "print('mine, too')", "boot.py.kept.kept": "print('mine')",
-                    "main.py.kept": "print('mine, too')", "main.py.kept.kept": "print('mine')"}  # fmt: skip
+    assert kept == {"boot.py.kept": "print('mine, too')", "boot.py.kept.kept": "print('mine on robotont')",
+                    "main.py.kept": "print('mine, too')", "main.py.kept.kept": "print('mine on robotont')"}  # fmt: skip
 
 
 @pytest.mark.parametrize(("program", "words"), [
     ("sleep 60", "did not end within 0.5 s"), ("echo could not enter raw repl; exit 1", "Flash it"),
-    ("echo; echo OSError: 5; exit 1", "failed: OSError: 5"), ("exit 1", "failed: no reason given")])  # fmt: skip
+    ("echo; echo OSError: 5; exit 1", "failed: OSError: 5"),
+    (r"printf 'OSError: \377'; exit 1", "failed: OSError: \ufffd"), ("exit 1", "failed: no reason given")])  # fmt: skip
 def test_mpremote_that_fails_is_explained(tmp_path, monkeypatch, program, words):
     fake = tmp_path / "mpremote"
     fake.write_text(f"#!/bin/sh\n{program}\n")

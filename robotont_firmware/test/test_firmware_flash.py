@@ -207,7 +207,7 @@ for name in ("remove", "rename", "rmdir", "mkdir"):
 def flash_until(cut, there, staged):
     """Whether both programs ran to their end before as many steps were done."""
     sizes = {path.name: path.stat().st_size for path in staged}
-    for code in (copying.PREPARE, copying.EXCHANGE.format(sizes=sizes)):
+    for code in (copying.PREPARE, copying.EXCHANGE.format(sizes=sizes, ours=copying.OURS)):
         code = code.replace("import os", "")  # noqa: PLW2901
         output = run_on_the_board(f"{CUT.format(cut)}{code}\nprint(left)", there.files).strip()
         assert "Error" not in output
@@ -291,7 +291,7 @@ def test_reports_what_does_not_compile(tmp_path):
 def test_a_file_that_is_not_whole_exchanges_nothing(board, tmp_path):
     (board.files / "robotont_new").mkdir()
     (board.files / "robotont_new" / "wheel_speed.mpy").write_bytes(b"M")
-    output = run_on_the_board(copying.EXCHANGE.format(sizes={"wheel_speed.mpy": 2}), board.files)
+    output = run_on_the_board(copying.EXCHANGE.format(sizes={"wheel_speed.mpy": 2}, ours=copying.OURS), board.files)
     assert "wheel_speed.mpy is not whole" in output
     assert {**board.old, "robotont_new/wheel_speed.mpy": b"M"} == board.content()
 

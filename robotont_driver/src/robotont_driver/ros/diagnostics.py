@@ -7,6 +7,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from robotont_driver.ros.worker import Worker
 
+FIRST_RATE = 0.5  # [s]
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
@@ -50,16 +51,16 @@ def robot_name():
 
 
 class Rate:
-    """Events per second since the last look that was half a second after the one before it, or since the beginning."""
+    """Events per second since the last look that was FIRST_RATE after the one before it, or since the beginning."""
 
     def __init__(self, begun):
         """begun: [s] when nothing had come yet, by the clock of `look`."""
-        self._count, self._time, self._rate = 0, begun, 0.0
+        self._count, self._time, self._rate = 0, begun, None
 
     def look(self, count, now):
         """[1/s], from the total `count` of events at time `now` [s]."""
         elapsed = now - self._time
-        if elapsed >= 0.5:
-            self._rate = (count - self._count) / elapsed
-            self._count, self._time = count, now
-        return self._rate
+        rate = (count - self._count) / max(elapsed, 0.1)
+        if elapsed >= FIRST_RATE:
+            self._count, self._time, self._rate = count, now, rate
+        return rate if self._rate is None else self._rate

@@ -4,7 +4,7 @@ import time
 
 import rospy
 
-from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Rate
+from robotont_driver.ros.diagnostics import ERROR, FIRST_RATE, OK, WARN, Rate
 
 RESTARTED = "the board has restarted; counts that it has not sent before are missing in the odometry"
 DOUBT = "lines of the board were lost, or it has restarted: the odometry may be wrong by the counts between"
@@ -63,7 +63,9 @@ class LinkReport:
             rospy.logwarn_throttle(10.0, DOUBT)
         if link.trouble:
             return ERROR, link.trouble, values
-        warning = connection.complaint
+        if not packets and not connection.obstacle and now < connection.opened + FIRST_RATE:
+            return OK, "just opened", values
+        warning = connection.obstacle or connection.complaint
         if not warning and rate == 0.0 and not (protocol and new_errors):
             warning = "port open, but no packets: is the firmware running, at this baudrate?"
         elif not warning and rate == 0.0:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.checked import QUESTION, Checked, add_checksum, crc16
+from robotont_driver.protocol.connection import Connection
 from robotont_driver.protocol.protocol import Packet
 from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import PERIOD, identity, sealed
@@ -153,12 +154,12 @@ def test_the_link_itself_sends_no_zeros_to_a_board_that_waits_for_them_or_stops_
 
 @pytest.mark.parametrize("wheels, rate, words", [(4, 50, "4 wheels"), (3, 100, "100 Hz")])
 def test_another_robot_is_not_driven(wheels, rate, words):
-    checked = Reader()
-    checked.feed(resting("000000" + "0" * wheels, wheels=wheels))
-    assert checked.encode(COMMAND) == QUESTION
-    checked.feed(sealed("identity " + identity(wheels, rate)))
-    assert words in checked.obstacle
-    assert checked.encode(COMMAND) == STANDS
+    connection = Connection(read_wheels(SHIPPED), "checked")
+    connection.feed(resting("000000" + "0" * wheels, wheels=wheels), 0.0)
+    assert connection.encode(COMMAND, 0.0) == QUESTION
+    connection.feed(sealed("identity " + identity(wheels, rate)), 0.1)
+    assert words in connection.obstacle
+    assert connection.encode(COMMAND, 0.1) == STANDS
 
 
 def test_one_packet_of_another_robot_may_be_an_accident():

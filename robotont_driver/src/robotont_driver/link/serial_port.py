@@ -127,10 +127,7 @@ def serial_ports():
 
 
 def explain(port, error):
-    """Message about an error on opening or using a port, with advice; the ports that there are, where it is none.
-
-    Raises nothing.
-    """
+    """Message about an error on opening or using a port, with advice; the ports that there are, where it is none."""
     if isinstance(error, ForeignPortError):
         return f"{port}: {error}"
     number = getattr(error, "errno", None)

@@ -7,7 +7,7 @@ import re
 
 from robotont_driver.protocol.board_status import TIMED_OUT, WAITS_FOR_ZERO, BoardHealth, BoardStatus
 from robotont_driver.protocol.lost_packets import LostPackets
-from robotont_driver.protocol.protocol import PacketError, Power, Protocol, format_packet
+from robotont_driver.protocol.protocol import PacketError, Power, Protocol
 
 # counts, counter, totals, status (from firmware 2.0 on; with at least 3 wheels it is longer than a total), CRC
 _CHECKED = re.compile(r"(-?[0-9]{1,7}(?::-?[0-9]{1,7})*);([0-9A-F]{2}):([0-9A-F]{4}(?::[0-9A-F]{4})+)"
@@ -97,7 +97,6 @@ class Checked(Protocol):
         self._lost = LostPackets(self._reach, self.dropped)
         self.health = BoardHealth(wheels.amount, wheels.pid_frequency)
         self._measured = -math.inf  # [s] when the newest reading of the battery was made
-        self._zeros = add_checksum(format_packet([0] * wheels.amount))
 
     repaired = property(lambda self: self._lost.repaired)
     restarts = property(lambda self: self._lost.restarts)
@@ -141,8 +140,6 @@ class Checked(Protocol):
 
     def encode(self, command):
         """The packet with its CRC; but for zeros none to a board that has sent none or is unknown, which is asked."""
-        if self.obstacle:
-            return self._zeros
         unknown = self.health.wants_identity
         packet = b"" if any(command) and (unknown or not self.packets) else add_checksum(command.text)
         return QUESTION + packet if unknown else packet

@@ -129,7 +129,7 @@ class Protocol:
         raise NotImplementedError
 
     def encode(self, command):
-        """Bytes for a command, a `Packet`: its line, if it may be sent, behind a question that the board is to answer."""
+        """Bytes for a command, a `Packet`: its line, if it may go out, behind a question for the board to answer."""
         raise NotImplementedError
 
     def stop(self):

@@ -15,7 +15,6 @@ import yaml
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.ros.server_parameters import COMMON_PARAMETERS
 from robotont_fleet import fleet_node
-from robotont_map_navigation import navigation_monitor
 from robotont_operations import recorder_node
 from robotont_simulator import camera_node, simulator_node
 from robotont_teleop.hand import joy_watch, keyboard_teleop
@@ -27,7 +26,7 @@ PAGE = FOLDER / "reference.md"
 WHO = yaml.safe_load((FOLDER / "who_sets_it.yaml").read_text())
 TOPICS = yaml.safe_load((FOLDER / "topics.yaml").read_text())
 NODES = (driver_node, serial_com_node, odom_node, cmd_vel_mux, keyboard_teleop, joy_watch, web_teleop_node,
-         recorder_node, navigation_monitor, simulator_node, camera_node, fleet_node)
+         recorder_node, simulator_node, camera_node, fleet_node)
 HEAD = """<!-- Written by docs/draw_tables.py: `./robotont docs`. -->
 
 # Reference: nodes, parameters, launch files, systems

@@ -94,7 +94,7 @@ class Rig:
         pose_there.position.x, pose_there.position.y = place[:2]
         pose_there.orientation.z, pose_there.orientation.w = math.sin(place[2] / 2), math.cos(place[2] / 2)
         for number in (0, 7, 35):
-            message.pose.covariance[number] = 0.01
+            message.pose.covariance[number] = 0.0025
         self._initial.publish(message)
         wait_for(lambda: self.error()[0] < 0.1, "amcl there")
         wait_for(lambda: self.run.reports and self.run.reports[-1].level == 0, "a monitor that is content", 30)

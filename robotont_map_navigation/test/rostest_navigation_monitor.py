@@ -9,7 +9,7 @@ import rospy
 import rostest
 from actionlib_msgs.msg import GoalID
 from dynamic_reconfigure.srv import Reconfigure, ReconfigureResponse
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import PoseStamped, Twist
 from map_msgs.msg import OccupancyGridUpdate
 from move_base_msgs.msg import MoveBaseActionFeedback, MoveBaseActionResult
 from nav_msgs.msg import OccupancyGrid
@@ -29,7 +29,6 @@ COS, SIN = np.cos(ANGLES + 0.3), np.sin(ANGLES + 0.3)
 ALL = np.minimum(np.where(COS > 0, 2.5, -3.5) / COS, np.where(SIN > 0, 1.0, -1.0) / SIN)  # [m] what the sensor sees
 HALF = np.where(np.arange(90) < 50, ALL, 0.4)  # beside something that the map lacks
 GONE = np.where(np.arange(90) < 66, ALL, ALL + 1.0)  # a wall of the map is gone: its rays end a metre behind it
-FIT_TIME = 1.5  # [s] in the launch file
 FILLS = "something that the map lacks fills the view"
 
 
@@ -117,11 +116,16 @@ class NavigationMonitorTest(NodeTest):
     def test_places_where_the_robot_cannot_be(self):
         self.all_is_well_again()
         self.stand(-1.5, 1.2)
-        self.expect(WARN, "go through its walls: the room has changed, or the pose is wrong")
         wait_for(lambda: int(self.values(TASK)["rays that the map explains"].rstrip("%")) < 60, "a share that tells it")
-        self.drive_about(-1.5, 1.2)
         self.expect(ERROR, "a map of another place, or a wrong pose")
+        cancelled = self.listen("move_base/cancel", GoalID)
+        command = self.publisher("cmd_vel", Twist)
+        wait_for(lambda: command.publish(twist(0.2)) or cancelled, "the end of the goal that drives", period=0.2)
+        rospy.sleep(0.5)  # of all that was on its way
+        cancelled.clear()
+        command.publish(Twist())
         self.all_is_well_again()
+        self.assertEqual(cancelled, [])
         self.stand(0.5, 3.0, y=-1.02)
         self.expect(ERROR, "is in a wall of the map")
         self.stand(50.0, 0.0)
@@ -135,16 +139,12 @@ class NavigationMonitorTest(NodeTest):
         self.stand(1.6, 0.3, odometry=1.1)
         self.expect(ERROR, "the localization has moved the pose by 1.1 m")
         self.see(ALL)
-        rospy.sleep(2 * FIT_TIME)
+        rospy.sleep(4.0)
         self.expect(ERROR, "the localization has moved the pose by 1.1 m")
         self.all_is_well_again()
 
-    def test_what_the_map_lacks_is_a_doubt_until_the_robot_has_driven_with_it_for_long(self):
-        doubts = self.listen("localization/doubt", String)
+    def test_what_the_map_lacks_is_no_fault_until_the_robot_has_driven_with_it_for_long(self):
         self.see(HALF)
-        self.expect(WARN, FILLS)
-        wait_for(lambda: doubts and FILLS in doubts[-1].data, "words for goto")
-        self.drive_about(0.5, 0.3)
         self.expect(WARN, FILLS)
         self.see(GONE)
         self.expect(WARN, "the room has changed")
@@ -157,37 +157,12 @@ class NavigationMonitorTest(NodeTest):
         self.expect(ERROR, "m of driving: a map of another place")
         self.all_is_well_again()
 
-    def test_an_unsure_pose_cancels_whatever_goal_makes_move_base_drive(self):
-        unsure = PoseWithCovarianceStamped()
-        unsure.pose.covariance[0] = 1.0  # [m^2]
-        pose = latched("amcl_pose", unsure)
-        self.expect(ERROR, "amcl is unsure of the pose: 1.00 m, 0.00 rad")
-        cancelled = self.listen("move_base/cancel", GoalID)
-        command = self.publisher("cmd_vel", Twist)
-        wait_for(lambda: command.publish(twist(0.2)) or cancelled, "the end of the goal", period=0.2)
-        rospy.sleep(0.5)  # of all that was on its way
-        cancelled.clear()
-        command.publish(Twist())
-        rospy.sleep(0.5)
-        self.assertEqual(cancelled, [])
-        pose.publish(PoseWithCovarianceStamped())
-        self.all_is_well_again()
-        self.see(np.minimum(ALL, 0.4))
-        self.expect(WARN, "explains 0% of the scan's rays, the others end before its walls")
-        pose.publish(unsure)  # no wonder
-        rospy.sleep(2 * FIT_TIME)
-        self.expect(WARN, FILLS)
-        self.see(ALL)
-        self.expect(ERROR, "amcl is unsure of the pose: 1.00 m, 0.00 rad")
-        pose.publish(PoseWithCovarianceStamped())
-        self.all_is_well_again()
-
     def test_transforms_that_are_late_for_a_moment_are_no_fault(self):
         self.all_is_well_again()
         type(self).frame = "elsewhere"
         begun = time.monotonic()
         self.expect(WARN, "the scan cannot be laid on the map")
-        self.assertGreater(time.monotonic() - begun, FIT_TIME / 2)
+        self.assertGreater(time.monotonic() - begun, 2.0)
         type(self).frame = "laser"
         self.all_is_well_again()
 

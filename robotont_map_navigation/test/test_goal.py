@@ -14,12 +14,11 @@ GOAL = Goal(8.0, 8.0, 1.57)
 @pytest.mark.parametrize("words, numbers", [
     (["8", "-1e-3", "-3.14159"], (8.0, -0.001, -3.14159, 0.0)),
     (["1000", "-1000", "6.2831853", "--timeout", "0"], (1000.0, -1000.0, 6.2831853, 0.0)),
-    (["--frame", "odom", "2", "2", "-0", "--timeout", "1000000"], (2.0, 2.0, 0.0, 1e6)),
+    (["--patience", "0", "2", "2", "-0", "--timeout", "1000000"], (2.0, 2.0, 0.0, 1e6)),
 ])
 def test_arguments_are_read_and_negative_numbers_are_no_options(words, numbers):
     options = parse_arguments(words)
     assert (options.x, options.y, options.yaw, options.timeout) == numbers
-    assert options.frame == ("odom" if "odom" in words else "map")
 
 
 @pytest.mark.parametrize("words, fault", [

@@ -54,7 +54,7 @@ def test_the_way_out_is_free_for_the_whole_robot():
     place = beside(0.05)
     free = FloorMap(changed(place, beside(0.2)), CELL, ORIGIN)
     for step in np.arange(0.0, 0.3, 0.01):
-        assert free.clearance((place[0] - step, place[1]), 1.0) >= RADIUS
+        assert free.clearance((place[0] - step, place[1])) >= RADIUS
 
 
 def test_the_end_of_a_wall_stays_where_it_is():

@@ -11,8 +11,7 @@ from navigation_tools import NAVIGATION, NAVIGATION_PACKAGES, PACKAGE, ROOT, mis
 from roslaunch import RLException
 
 from robotont_driver.nodes import driver_node
-from robotont_driver.parameters.parameters import read_parameters
-from robotont_map_navigation import map_file, navigation_monitor
+from robotont_map_navigation import arrival, map_file
 from robotont_simulator.world import read_world, write_map
 from robotont_testing import places
 from robotont_testing.robots import ROBOTONT2, SHIPPED, robot_folder
@@ -212,11 +211,8 @@ def test_the_limits_fit_the_driver():
     assert given["DWAPlannerROS"]["max_vel_trans"] < robot["driver_node"]["max_wheel_speed"]
 
 
-def test_navigation_monitor_takes_its_shipped_parameters():
-    found = read("navigation.launch")
-    given = found["navigation_monitor"]
-    assert set(read_parameters(navigation_monitor.PARAMETERS, given)) == set(given)
-    assert given["goal_tolerance"] == found["move_base"]["DWAPlannerROS"]["xy_goal_tolerance"] < given["stay_tolerance"]
+def test_a_goal_is_reached_where_navigation_monitor_says():
+    assert read("navigation.launch")["move_base"]["DWAPlannerROS"]["xy_goal_tolerance"] == arrival.ARRIVED
 
 
 def test_every_file_is_loaded():

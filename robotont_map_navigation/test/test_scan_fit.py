@@ -2,15 +2,18 @@ import math
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import Quaternion, Transform
+from sensor_msgs.msg import LaserScan
 
 from robotont_map_navigation.floor_map import FloorMap
-from robotont_map_navigation.scan_fit import deviations, fit
+from robotont_map_navigation.readings import rays_of
+from robotont_map_navigation.scan_fit import fit, fit_nearby
 
 CELLS = np.zeros((40, 80), np.int8)  # 4 m x 2 m with a wall around it
 CELLS[[0, -1]] = CELLS[:, [0, -1]] = 100
 MAP = FloorMap(CELLS, 0.05, (-1.0, -1.0, 0.0))
 ANGLES = np.linspace(-math.pi, math.pi, 90, endpoint=False)
-BOUNDS = (0.05, 5.0)
+LEVEL = Transform(rotation=Quaternion(w=1.0))
 
 
 def ranges(x, y, yaw):
@@ -24,6 +27,11 @@ POSE = (0.3, 0.2, 0.7)
 SEEN = ranges(*POSE)
 
 
+def rays(ranges, sees=5.0, sensor=LEVEL):
+    return rays_of(LaserScan(angle_min=-math.pi, angle_increment=2 * math.pi / 90, range_min=0.05, range_max=sees,
+                             ranges=ranges), sensor)
+
+
 def but(rays, ranges):
     """What is seen, but for some rays."""
     seen = SEEN.copy()
@@ -31,22 +39,33 @@ def but(rays, ranges):
     return seen
 
 
-@pytest.mark.parametrize("seen, bounds, expected", [
-    (SEEN, BOUNDS, (1.0, 0.0)),
-    (np.minimum(SEEN, 0.4), BOUNDS, (0.0, 0.0)),
-    (but(slice(39), np.tile([math.nan, 0.01, 5.0], 13)), BOUNDS, (1.0, 0.0)),
-    (but(slice(9, None), math.nan), BOUNDS, None),
-    (but(slice(None, None, 3), math.inf), BOUNDS, (2 / 3, 1 / 3)),
-    (np.full(90, math.inf), (0.05, 0.5), (1.0, 0.0)),
-], ids=["the walls", "an obstacle that fills the view", "rays that show nothing", "too few rays",
-        "nothing where the map has a wall", "nothing as far as the sensor sees"])
-def test_shares_at_the_true_pose(seen, bounds, expected):
-    assert fit(MAP, POSE, seen, ANGLES, bounds, 0.1) == (expected and pytest.approx(expected))
+@pytest.mark.parametrize("seen, sees, expected", [
+    (SEEN, 5.0, (1.0, 0.0)),
+    (np.minimum(SEEN, 0.4), 5.0, (0.0, 0.0)),
+    (but(slice(39), np.tile([math.nan, 0.01, 5.0], 13)), 5.0, (1.0, 0.0)),
+    (but(slice(None, None, 3), math.inf), 5.0, (2 / 3, 1 / 3)),
+    (np.full(90, math.inf), 0.5, (1.0, 0.0)),
+], ids=["the walls", "an obstacle that fills the view", "rays that show nothing", "nothing where the map has a wall",
+        "nothing as far as the sensor sees"])
+def test_shares_at_the_true_pose(seen, sees, expected):
+    assert fit(MAP, POSE, *rays(seen, sees), 0.1, 0.1) == pytest.approx(expected)
+
+
+def test_too_few_rays_prove_nothing():
+    assert fit_nearby(MAP, POSE, *rays(but(slice(9, None), math.nan)), 0.1) is None
+
+
+def test_a_sensor_that_hangs_upside_down_and_one_that_is_turned():
+    (x, y), _ = rays(SEEN)
+    hanging, _ = rays(SEEN, sensor=Transform(rotation=Quaternion(x=1.0)))
+    np.testing.assert_allclose(hanging, (x, -y), atol=1e-9)
+    turned, _ = rays(SEEN, sensor=Transform(rotation=Quaternion(z=math.sqrt(0.5), w=math.sqrt(0.5))))
+    np.testing.assert_allclose(turned, (-y, x), atol=1e-9)
 
 
 @pytest.mark.parametrize("wrong", [(0.9, 0.2, 0.7), (0.3, -0.3, 0.7), (0.3, 0.2, 1.2)])
 def test_few_rays_fit_at_another_pose(wrong):
-    explained, through_walls = fit(MAP, wrong, SEEN, ANGLES, BOUNDS, 0.1)
+    explained, through_walls = fit_nearby(MAP, wrong, *rays(SEEN), 0.1)
     assert explained < 0.7
     assert through_walls > 0.1
 
@@ -55,13 +74,6 @@ def test_few_rays_fit_at_another_pose(wrong):
 def test_a_pose_that_is_nearly_right_explains_what_is_seen_from_a_place_at_a_wall(off):
     """From there few rays end at a wall: along the wall a small angle is a long way."""
     pose = (2.75, -0.75, -1.2)
-    explained, through_walls = fit(MAP, np.add(pose, off), ranges(*pose), ANGLES, BOUNDS, 0.2)
+    explained, through_walls = fit_nearby(MAP, np.add(pose, off), *rays(ranges(*pose)), 0.2)
     assert explained > 0.9
     assert through_walls < 0.1
-
-
-def test_deviations_are_those_of_the_least_certain_direction():
-    covariance = np.zeros((6, 6))
-    covariance[:2, :2] = [[0.05, 0.04], [0.04, 0.05]]  # 0.09 m^2 along the diagonal, 0.01 across
-    covariance[5, 5] = 0.04
-    assert deviations(covariance.ravel()) == pytest.approx((0.3, 0.2))

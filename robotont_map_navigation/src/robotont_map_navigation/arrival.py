@@ -9,13 +9,8 @@ from dynamic_reconfigure.srv import Reconfigure
 from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseActionFeedback, MoveBaseActionResult
 
-from robotont_driver.parameters.parameters import Parameter
-
-PARAMETERS = (
-    Parameter("goal_tolerance", 0.02, "from the goal's place, where DWAPlannerROS arrives: its xy_goal_tolerance", "m",
-              minimum=0.001, maximum=1.0),
-    Parameter("stay_tolerance", 0.06, "and where it stays, until the goal's end", "m", minimum=0.001, maximum=1.0),
-)
+ARRIVED = 0.02  # [m] from the goal's place, where it arrives: xy_goal_tolerance of dwa_local_planner.yaml
+STAYS = 0.06    # [m] and where it stays, until the goal's end
 
 
 class Arrival:
@@ -25,24 +20,22 @@ class Arrival:
     drive after its goal, for ever. A tolerance that is always wide would let it stop short of the goal.
     """
 
-    def __init__(self, parameters):
-        self._narrow = parameters["goal_tolerance"]
-        self._wide = max(self._narrow, parameters["stay_tolerance"])
+    def __init__(self):
         self._lock = threading.Lock()  # a subscriber's thread each
         self._set = self._goal = None  # the newest tolerance [m]; (x, y) [m] of what is pursued
         self._reconfigure = rospy.ServiceProxy("move_base/DWAPlannerROS/set_parameters", Reconfigure)
         rospy.Subscriber("move_base/current_goal", PoseStamped, self._on_goal, queue_size=1)
         rospy.Subscriber("move_base/feedback", MoveBaseActionFeedback, self._on_feedback, queue_size=1)
-        rospy.Subscriber("move_base/result", MoveBaseActionResult, lambda _: self._allow(self._narrow), queue_size=1)
+        rospy.Subscriber("move_base/result", MoveBaseActionResult, lambda _: self._allow(ARRIVED), queue_size=1)
 
     def _on_goal(self, message):
         self._goal = message.pose.position.x, message.pose.position.y
-        self._allow(self._narrow)
+        self._allow(ARRIVED)
 
     def _on_feedback(self, message):
         place = message.feedback.base_position.pose.position
-        if self._goal and math.dist((place.x, place.y), self._goal) <= self._narrow:
-            self._allow(self._wide)
+        if self._goal and math.dist((place.x, place.y), self._goal) <= ARRIVED:
+            self._allow(STAYS)
 
     def _allow(self, tolerance):
         """Another planner has no such service; one that is started again is told at the next goal."""

@@ -22,32 +22,24 @@ class FloorMap:
         self.origin = origin
         self._dilated = {}  # radius [m]: cells closer than that to a wall
 
-    def __contains__(self, place):
-        row, column = self._cells(*place)
-        return bool(self._inside(row, column))
-
     @property
     def size(self):
         """(length, width) [m] along the map's own axes."""
         rows, columns = self._occupied.shape
         return columns * self.resolution, rows * self.resolution
 
-    def is_occupied(self, place):
-        """Whether (x, y) [m] within the map is in a wall."""
+    def bars(self, place):
+        """Why nothing can be at (x, y) [m], in words; empty where something can."""
         row, column = self._cells(*place)
-        return bool(self._occupied[row, column])
+        if not self._inside(row, column):
+            return "off the map, which is {:.1f} m x {:.1f} m large".format(*self.size)
+        return "in a wall of the map" if self._occupied[row, column] else ""
 
-    def clearance(self, place, farthest):
-        """[m] from (x, y) [m] to the centre of the nearest occupied cell; inf beyond `farthest` [m]."""
+    def clearance(self, place):
+        """[m] from (x, y) [m] to the centre of the nearest occupied cell; inf where there is none."""
         row, column = self.indices(*place)
-        reach = int(farthest / self.resolution) + 1
-        top, left = max(int(row) - reach, 0), max(int(column) - reach, 0)
-        window = self._occupied[top:max(int(row) + reach + 1, 0), left:max(int(column) + reach + 1, 0)]
-        rows, columns = np.nonzero(window)
-        if not rows.size:
-            return math.inf
-        nearest = self.resolution * np.hypot(rows + top + 0.5 - row, columns + left + 0.5 - column).min()
-        return float(nearest) if nearest <= farthest else math.inf
+        rows, columns = np.nonzero(self._occupied)
+        return float(self.resolution * np.hypot(rows + 0.5 - row, columns + 0.5 - column).min(initial=math.inf))
 
     def is_connected(self, start, goal, radius):
         """Whether a round robot of `radius` [m] finds a way between two places (x, y) [m] on the map."""

@@ -13,8 +13,8 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float32, Header, String
 
 from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
-from robotont_map_navigation.footprint import base_frame, needed_radius
 from robotont_map_navigation.hold_watch import STAND, HoldWatch
+from robotont_map_navigation.readings import base_frame, needed_radius
 
 NOTHING = 0.0, 0.0, 0.0
 # [m] from the edge that plans keep free to what is felt, and its height: the local costmap takes the lower one, that no
@@ -65,17 +65,15 @@ class Held:
             self._stands += 1
             self._tell_costmaps(ahead)
         if words:
-            self._cancel.publish(GoalID())
             rospy.logwarn("navigation ends its goal: %s", words)
-            self._tell(words)
+            self._tell(words)  # first: who has sent the goal asks why it ended
+            self._cancel.publish(GoalID())
 
     def _tell_costmaps(self, ahead):
         """Something is in the way of a twist; of a turn on the spot nobody knows where."""
-        if not any(ahead[:2]):
-            return
         bearing, edge = math.atan2(ahead[1], ahead[0]), needed_radius()
         points = [((edge + off) * math.cos(bearing + side), (edge + off) * math.sin(bearing + side), height)
-                  for off, height in FELT for side in FRONT]
+                  for off, height in FELT for side in FRONT if any(ahead[:2])]
         self._felt.publish(point_cloud2.create_cloud_xyz32(Header(0, rospy.Time.now(), base_frame()), points))
 
     def _on_goal(self, _message):

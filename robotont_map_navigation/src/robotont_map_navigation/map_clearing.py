@@ -41,31 +41,28 @@ class MapClearing:
         self.lookout = lookout   # (x, y) [m] of the newest place from where the robot's side of all walls was clear
         self._changed = {}       # (row, column): value, as sent last
         self._sent = -math.inf   # [s] newest update
-        self._places = deque()   # (time [s], first row, first column, row behind, column behind) of what was changed
+        self._places = deque()   # (time [s], first row, first column, last row, last column) of what was changed
 
     def move(self, place, now):
         """The Update for a robot at (x, y) [m] at the time `now` [s]; None when there is nothing new."""
-        if self._map.clearance(place, OFF_WALLS * self._map.resolution) == math.inf:
+        if not self._map.are_near_walls(np.transpose([place]), OFF_WALLS * self._map.resolution):
             self.lookout = place
-        changed = cleared_cells(self._map, place, self._near_lookout(place), self._radius)
+        near = self.lookout and math.dist(self.lookout, place) <= FARTHEST_LOOKOUT
+        changed = cleared_cells(self._map, place, self.lookout if near else None, self._radius)
         if changed == self._changed and not (changed and now - self._sent >= REPEATED):
             return None
         while self._places and now - self._places[0][0] > REMEMBERED:
             self._places.popleft()
-        for cells in (self._changed, changed):
-            if cells:
-                rows, columns = zip(*cells)
-                self._places.append((now, min(rows), min(columns), max(rows) + 1, max(columns) + 1))
+        cells = [*self._changed, *changed]
+        self._places.append((now, *np.min(cells, axis=0), *np.max(cells, axis=0)))
         self._changed, self._sent = changed, now
-        bounds = np.array(self._places)[:, 1:].astype(int)
-        (row, column), (end_row, end_column) = bounds[:, :2].min(axis=0), bounds[:, 2:].max(axis=0)
-        cells = self._map.cells[row:end_row, column:end_column].copy()
+        _, *firsts, _, _ = np.min(self._places, axis=0).astype(int)
+        *_, last_row, last_column = np.max(self._places, axis=0).astype(int)
+        row, column = firsts
+        cells = self._map.cells[row:last_row + 1, column:last_column + 1].copy()
         for (at_row, at_column), value in changed.items():
             cells[at_row - row, at_column - column] = value
         return Update(int(row), int(column), cells)
-
-    def _near_lookout(self, place):
-        return self.lookout if self.lookout and math.dist(self.lookout, place) <= FARTHEST_LOOKOUT else None
 
 
 def cleared_cells(floor_map, place, lookout, radius):

@@ -1,11 +1,13 @@
 """Where on a map a robot is that has looked all around: every place and direction is tried; without ROS."""
 
+import itertools
 import math
 from typing import NamedTuple, Tuple
 
 import numpy as np
 
 from robotont_driver.kinematics.se2 import compose
+from robotont_map_navigation.scan_fit import fit
 
 COARSE = 0.15, math.radians(6.0)  # [m], [rad] between two places that are tried first
 NEAR = 0.15                       # [m] from a wall at which a ray then ends at it
@@ -33,15 +35,12 @@ def search(floor_map, ends, free, clearance, believed=None):
     ends: where rays have ended, 2 x N [m] in the robot's frame; free: as far as rays saw that ended nowhere, 2 x M;
     clearance: [m] that the robot is off all walls at least.
     """
-    ends, free = _thin(ends), _thin(free)
+    ends, free = (rays[:, ::1 + rays.shape[1] // RAYS] for rays in (ends, free))
     step, turn = COARSE
-    length, width = floor_map.size
-    corner = floor_map.origin
-    along, across = np.meshgrid(np.arange(step / 2, length, step), np.arange(step / 2, width, step))
-    x, y, _ = compose(corner, (along.ravel(), across.ravel(), 0.0))
+    along, across = (np.arange(step / 2, side, step) for side in floor_map.size)
+    x, y, _ = compose(floor_map.origin, (*np.reshape(np.meshgrid(along, across), (2, -1)), 0.0))
     possible = ~floor_map.are_near_walls((x, y), clearance)
-    x, y = x[possible], y[possible]
-    yaws = np.arange(-math.pi, math.pi, turn)
+    x, y, yaws = x[possible], y[possible], np.arange(-math.pi, math.pi, turn)
     shares = np.array([_share_at_walls(floor_map, x, y, yaw, ends) for yaw in yaws])
     candidates = [believed] if believed else []
     for number in np.argsort(shares, axis=None)[::-1]:
@@ -60,10 +59,6 @@ def search(floor_map, ends, free, clearance, believed=None):
     return found
 
 
-def _thin(places):
-    return places[:, ::1 + places.shape[1] // RAYS]
-
-
 def near(one, other):
     """Whether two poses (x, y, yaw) are the same place."""
     return (math.dist(one[:2], other[:2]) <= APART[0]
@@ -79,21 +74,15 @@ def _share_at_walls(floor_map, x, y, yaw, ends):
 
 def _refined(floor_map, pose, ends, free):
     """`Found`: the best around a pose, by smaller and smaller steps."""
-    best = Found(pose, _share(floor_map, pose, ends, free))
-    step, turn = FINE
+    def look(pose):
+        return Found(pose, fit(floor_map, pose, ends, free, FINE_NEAR, 2 * FINE_NEAR).worth)
+    best, (step, turn) = look(pose), FINE
     while step > 0.02:
-        around = [(best.pose[0] + dx * step, best.pose[1] + dy * step, best.pose[2] + da * turn)
-                  for dx in (-1, 0, 1) for dy in (-1, 0, 1) for da in (-1, 0, 1)]
-        better = max((Found(one, _share(floor_map, one, ends, free)) for one in around), key=lambda one: one.share)
+        x, y, yaw = best.pose
+        better = max((look((x + dx * step, y + dy * step, yaw + da * turn))
+                      for dx, dy, da in itertools.product((-1, 0, 1), repeat=3)), key=lambda one: one.share)
         if better.share > best.share:
             best = better
         else:
             step, turn = step / 2, turn / 2
     return best
-
-
-def _share(floor_map, pose, ends, free):
-    at_x, at_y, _ = compose(pose, (*np.hstack([ends, free]), 0.0))
-    through = floor_map.are_behind_walls(pose[:2], (at_x, at_y), 2 * FINE_NEAR)
-    near = floor_map.are_near_walls((at_x[:ends.shape[1]], at_y[:ends.shape[1]]), FINE_NEAR)
-    return float((near.sum() + (~through[ends.shape[1]:]).sum() - through.sum()) / len(at_x))

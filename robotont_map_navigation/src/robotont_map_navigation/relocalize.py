@@ -2,12 +2,9 @@
 
 import argparse
 import math
-import sys
-import threading
 import time
 
 import numpy as np
-import rosgraph
 import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
@@ -15,13 +12,19 @@ from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
-from robotont_description.geometry import rotation_of, seen_from_above
-from robotont_driver.kinematics.se2 import between, compose, yaw_of
-from robotont_driver.rospy_repairs.rospy_process import init_tool
-from robotont_map_navigation.footprint import base_frame, needed_radius
-from robotont_map_navigation.goal import DONE, GAVE_UP, INTERRUPTED, LOST, NOT_THERE, Goal, Outcome
-from robotont_map_navigation.messages import floor_map_of
+from robotont_driver.kinematics.se2 import between, compose
+from robotont_map_navigation.goal import DONE, GAVE_UP, LOST, NOT_THERE, Goal, Outcome
 from robotont_map_navigation.place_search import near, search
+from robotont_map_navigation.readings import (
+    base_frame,
+    floor_map_of,
+    look_up,
+    needed_radius,
+    odometry_frame,
+    place_of,
+    rays_of,
+)
+from robotont_map_navigation.tool import run_tool
 
 SPEED = 0.6      # [rad/s] of the turn
 PERIOD = 0.1     # [s] between two commands
@@ -38,16 +41,13 @@ class Relocalize:
 
     def __init__(self):
         self._map = None
-        self._trouble = None
+        self._trouble = ""
         self._scans = []
         self._transforms = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._transforms)
-        self._base = base_frame()
-        self._odom = rospy.get_param("amcl/odom_frame_id", "odom")
+        self._base, self._odometry = base_frame(), odometry_frame()
         self._command = rospy.Publisher("cmd_vel/navigation", Twist, queue_size=1)
-        self._mux = rospy.Subscriber("cmd_vel/driven_by", String)  # which only the mux publishes
         self._pose = rospy.Publisher("initialpose", PoseWithCovarianceStamped, queue_size=1)
-        self._news = threading.Event()
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
         rospy.Subscriber("scan", LaserScan, self._scans.append, queue_size=5)
         rospy.Subscriber("localization/trouble", String, self._on_trouble, queue_size=1)
@@ -55,11 +55,8 @@ class Relocalize:
     def run(self):
         """Turn and search; the Outcome."""
         for what, there in (("map", lambda: self._map), ("scan", lambda: self._scans), ("odometry", self._place),
-                            ("transform of the scan",
-                             lambda: self._transform(self._scans[-1].header.frame_id, rospy.Time())),
                             ("amcl", self._pose.get_num_connections),
-                            ("cmd_vel_mux", self._mux.get_num_connections),
-                            ("connection to it", self._command.get_num_connections)):
+                            ("cmd_vel_mux", self._command.get_num_connections)):
             if not _wait_for(there, WAIT):
                 return Outcome(NOT_THERE, f"no {what} within {WAIT:g} s: do robot.launch and navigation.launch run?")
         del self._scans[:]
@@ -70,7 +67,7 @@ class Relocalize:
         ends, free = self._seen()
         if ends.shape[1] == 0:
             return Outcome(LOST, f"no wall in view: {ASK}")
-        believed = self._place(above=self._map.header.frame_id)
+        believed = self._place(self._map.header.frame_id)
         found = search(floor_map_of(self._map), ends, free, needed_radius() / 2, believed)
         if not found:
             return Outcome(LOST, f"the map has no place where the robot fits: {ASK}")
@@ -109,43 +106,27 @@ class Relocalize:
                                    "drive by hand?")
         finally:
             self._command.publish(Twist())
-        _wait_for(lambda: abs(self._place()[2] - self._after(0.2)[2]) < 1e-3, 2.0)
+        _wait_for(self._stands, 2.0)
         return None
 
-    def _after(self, seconds):
-        time.sleep(seconds)
-        return self._place()
+    def _stands(self):
+        yaw = self._place()[2]
+        time.sleep(0.2)
+        return abs(self._place()[2] - yaw) < 1e-3
 
     def _seen(self):
         """(ends 2 x N, free 2 x M) [m] of all scans, in the robot's frame as it stands now."""
-        here = self._place()
-        ends, free = [], []
+        here, seen = self._place(), []
         for scan in tuple(self._scans):
-            sensor = self._transform(scan.header.frame_id, scan.header.stamp)
-            if sensor is None:
-                continue
-            ranges = np.array(scan.ranges)
-            angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
-            angles, shares = seen_from_above(rotation_of(sensor.rotation), angles)
-            here_to = between(here, (sensor.translation.x, sensor.translation.y, 0.0))
-            ended = (ranges >= scan.range_min) & (ranges < scan.range_max)
-            for kind, into in ((ended, ends), (ranges == math.inf, free)):
-                lengths = np.minimum(ranges[kind], scan.range_max) * shares[kind]
-                x, y, _ = compose(here_to, (lengths * np.cos(angles[kind]), lengths * np.sin(angles[kind]), 0.0))
-                into.append(np.array([x, y]))
-        return tuple(np.hstack([np.zeros((2, 0)), *one]) for one in (ends, free))
+            sensor = look_up(self._transforms, self._odometry, scan.header.frame_id, scan.header.stamp)
+            if sensor:
+                from_here = between(here, (*place_of(sensor)[:2], 0.0))
+                seen.append([np.array(compose(from_here, (*rays, 0.0))[:2]) for rays in rays_of(scan, sensor)])
+        return tuple(np.hstack([np.zeros((2, 0)), *rays]) for rays in zip(*seen)) if seen else (np.zeros((2, 0)),) * 2
 
-    def _place(self, above=None):
-        """Pose (x, y, yaw) of the robot in the odometry's frame, or one `above`; None when unknown."""
-        found = self._transform(self._base, rospy.Time(), above)
-        return found and (found.translation.x, found.translation.y, yaw_of(found.rotation))
-
-    def _transform(self, frame, stamp, above=None):
-        """geometry_msgs/Transform of a frame at a stamp in the odometry's frame, or one `above`; None when unknown."""
-        try:
-            return self._transforms.lookup_transform(above or self._odom, frame, stamp).transform
-        except tf2_ros.TransformException:
-            return None
+    def _place(self, frame=None):
+        """Pose (x, y, yaw) of the robot in a frame, that of the odometry unless another is named; None when unknown."""
+        return place_of(look_up(self._transforms, frame or self._odometry, self._base))
 
     def _tell(self, frame, pose):
         message = PoseWithCovarianceStamped()
@@ -155,16 +136,13 @@ class Relocalize:
         place.orientation.z, place.orientation.w = math.sin(pose[2] / 2), math.cos(pose[2] / 2)
         for number in (0, 7, 35):
             message.pose.covariance[number] = DEVIATION ** 2
-        self._news.clear()
         self._pose.publish(message)
-        self._news.wait(2.0)  # what localization_check said before does not count
 
     def _on_map(self, message):
         self._map = message
 
     def _on_trouble(self, message):
         self._trouble = message.data
-        self._news.set()
 
 
 def _wait_for(condition, timeout):
@@ -183,13 +161,4 @@ def main():
         prog="relocalize", description="Turn the robot around, and find by its scan where on the map it is.",
         epilog="exit status: 0 found, amcl is told; 1 it does not turn; 3 no navigation; 8 not found; 130 Ctrl-C")
     parser.parse_args(rospy.myargv()[1:])
-    if not rosgraph.is_master_online():
-        end = Outcome(NOT_THERE, f"no ROS master at {rosgraph.get_master_uri()}: is roslaunch running?")
-    else:
-        try:
-            init_tool("relocalize")
-            end = Relocalize().run()
-        except KeyboardInterrupt:
-            end = Outcome(INTERRUPTED, "interrupted")
-    print(end.words, file=sys.stdout if end.status == DONE else sys.stderr, flush=True)
-    return end.status
+    return run_tool("relocalize", lambda: Relocalize().run())

@@ -1,21 +1,20 @@
-"""How well a scan fits the map, and the message about it; without ROS."""
+"""How well what a robot sees fits the map; without ROS."""
 
 import itertools
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from robotont_driver.kinematics.se2 import compose
 
-FEWEST_RAYS = 10  # of a scan that show something; fewer prove nothing
+FEWEST_RAYS = 10  # fewer prove nothing
 MOST_RAYS = 60    # that are compared with the map
 NEARLY = tuple(itertools.product((0.0, -0.1, 0.1), repeat=3))  # [m], [m], [rad] off, amcl finds the pose by itself
-GOOD = 0.9        # explained less those through walls, from which on no pose beside it is looked at
+GOOD = 0.9        # worth from which on no pose beside it is looked at
 
 
 class Fit(NamedTuple):
-    """Shares, 0 to 1, of the rays of a scan."""
+    """Shares, 0 to 1, of rays."""
 
     explained: float      # that end at a wall of the map, or see nothing where it has nothing
     through_walls: float  # that go on behind one: no obstacle explains them, a wrong pose or a changed room does
@@ -26,33 +25,29 @@ class Fit(NamedTuple):
         return self.explained - self.through_walls
 
 
-def fit(floor_map, pose, ranges, angles, bounds, tolerance):
-    """`Fit` of a scan and a FloorMap at a pose or NEARLY there, the best; None when too few rays show anything.
+def fit(floor_map, pose, ends, free, near, behind):
+    """`Fit` of rays and a FloorMap at a pose (x [m], y [m], yaw [rad]).
 
-    pose: (x [m], y [m], yaw [rad]) of the sensor on the map; ranges [m] and angles [rad]: N each; bounds: (least,
-    largest) range [m] that the sensor measures, inf where a ray has seen nothing (REP 117); tolerance: [m] from a wall
-    at which a ray still ends at it.
+    ends, free: 2 x N and 2 x M [m], seen from the pose: where rays have ended, and how far those saw that met nothing.
+    near, behind: [m] before and behind a wall at which a ray still ends at it.
     """
-    ranges = np.asarray(ranges)
-    shows = ((ranges >= bounds[0]) & (ranges < bounds[1])) | (ranges == math.inf)
-    if shows.sum() < FEWEST_RAYS:
+    x, y, _ = compose(pose, (*np.hstack([ends, free]), 0.0))
+    through = floor_map.are_behind_walls(pose[:2], (x, y), behind)
+    ended = np.arange(len(x)) < ends.shape[1]
+    explained = np.where(ended, floor_map.are_near_walls((x, y), near), ~through)
+    return Fit(float(explained.mean()), float(through.mean()))
+
+
+def fit_nearby(floor_map, pose, ends, free, tolerance):
+    """The best `fit` at a pose or NEARLY there; None when too few rays show anything."""
+    count = ends.shape[1] + free.shape[1]
+    if count < FEWEST_RAYS:
         return None
-    thin = slice(None, None, 1 + shows.sum() // MOST_RAYS)
-    ranges, angles = ranges[shows][thin], np.asarray(angles)[shows][thin]
-    ends, lengths = np.isfinite(ranges), np.minimum(ranges, bounds[1])
+    ends, free = (rays[:, ::1 + count // MOST_RAYS] for rays in (ends, free))
     best = Fit(0.0, 1.0)
     for off in NEARLY:
-        place = tuple(np.add(pose, off))
-        x, y, _ = compose(place, (lengths * np.cos(angles), lengths * np.sin(angles), 0.0))
-        through = floor_map.are_behind_walls(place[:2], (x, y), tolerance)
-        explained = np.where(ends, floor_map.are_near_walls((x, y), tolerance), ~through)
-        best = max(best, Fit(float(explained.mean()), float(through.mean())), key=lambda one: one.worth)
+        best = max(best, fit(floor_map, tuple(np.add(pose, off)), ends, free, tolerance, tolerance),
+                   key=lambda one: one.worth)
         if best.worth > GOOD:
             break
     return best
-
-
-def deviations(covariance):
-    """(position [m], yaw [rad]): standard deviations of a pose (covariance: 36), in the least certain direction."""
-    covariance = np.reshape(covariance, (6, 6))
-    return (math.sqrt(max(np.linalg.eigvalsh(covariance[:2, :2])[-1], 0.0)), math.sqrt(max(covariance[5, 5], 0.0)))

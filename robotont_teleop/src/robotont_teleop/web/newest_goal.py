@@ -54,8 +54,8 @@ class NewestGoal:
             if outcome:
                 self._goto.leave(cancel=True)  # the robot must not go on to the goal before
             else:
-                pursuit = self._goto.send(goal)
-        outcome = outcome or self._goto.follow(pursuit, 0.0)
+                self._goto.send(goal)
+        outcome = outcome or self._goto.follow(goal, 0.0)
         with self._changed:
             replaced = self._wanted is not None
             self.shown = None  # also where it is replaced: the newer goal may be cancelled before its turn

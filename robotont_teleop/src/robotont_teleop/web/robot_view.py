@@ -21,7 +21,7 @@ from robotont_teleop.hand.speeds import STOP
 from robotont_teleop.hand.twist_message import twist_message
 from robotont_teleop.web.camera import Camera
 from robotont_teleop.web.newest_goal import NewestGoal
-from robotont_teleop.web.robot_telemetry import MAP_FRAME, RobotTelemetry
+from robotont_teleop.web.robot_telemetry import RobotTelemetry
 
 
 class RobotView(RobotTelemetry):
@@ -36,7 +36,7 @@ class RobotView(RobotTelemetry):
         self._note = {"number": 0, "words": ""}
         self._sending = threading.RLock()
         self._ended = False
-        self._goto = GoTo(MAP_FRAME, lambda words: self._goal.show_progress(words))
+        self._goto = GoTo(lambda words: self._goal.show_progress(words))
         self._goal = NewestGoal(self._goto, self._say)
         self._command = DroppingPublisher("cmd_vel/hand", Twist)
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=5, tcp_nodelay=True)

@@ -1,0 +1,62 @@
+"""What the programs of this package read of ROS: move_base's parameters of the robot, maps, transforms, scans."""
+
+import math
+
+import numpy as np
+import rospy
+import tf2_ros
+
+from robotont_description.geometry import rotation_of, seen_from_above
+from robotont_driver.kinematics.se2 import pose_of, yaw_of
+from robotont_driver.parameters.parameters import is_number
+from robotont_map_navigation.floor_map import FloorMap
+
+COSTMAP = "move_base/global_costmap/"
+
+
+def needed_radius():
+    """[m] of the circle that move_base keeps free around the robot, by its parameters; 0 when they name none."""
+    values = [rospy.get_param(COSTMAP + name, 0.0) for name in ("robot_radius", "footprint_padding")]
+    return sum(values) if all(map(is_number, values)) else 0.0
+
+
+def base_frame():
+    """The robot's frame."""
+    return rospy.get_param(COSTMAP + "robot_base_frame", "base_link")
+
+
+def odometry_frame():
+    """The frame of the odometry, in which the local costmap lies."""
+    return rospy.get_param("move_base/local_costmap/global_frame", "odom")
+
+
+def floor_map_of(message):
+    """FloorMap of a nav_msgs/OccupancyGrid."""
+    cells = np.array(message.data, np.int8).reshape(message.info.height, message.info.width)
+    return FloorMap(cells, message.info.resolution, pose_of(message.info.origin))
+
+
+def look_up(transforms, frame, child, stamp=None, timeout=0.0):
+    """geometry_msgs/Transform of a frame `child` in `frame`, the newest or that of a stamp; None when unknown."""
+    try:
+        return transforms.lookup_transform(frame, child, stamp or rospy.Time(), rospy.Duration(timeout)).transform
+    except tf2_ros.TransformException:
+        return None
+
+
+def place_of(transform):
+    """(x [m], y [m], yaw [rad]) of a geometry_msgs/Transform; None of None."""
+    return transform and (transform.translation.x, transform.translation.y, yaw_of(transform.rotation))
+
+
+def rays_of(scan, sensor):
+    """(ends 2 x N, free 2 x M) [m] of a sensor_msgs/LaserScan, from the sensor in the axes that `sensor` leads to.
+
+    Where rays have ended, and how far those saw that met nothing (inf, REP 117). Other rays show nothing. sensor:
+    geometry_msgs/Transform of its frame, which may hang or tilt.
+    """
+    ranges = np.array(scan.ranges)
+    angles, shares = seen_from_above(rotation_of(sensor.rotation),
+                                     scan.angle_min + scan.angle_increment * np.arange(len(ranges)))
+    ways = np.minimum(ranges, scan.range_max) * shares * (np.cos(angles), np.sin(angles))
+    return ways[:, (ranges >= scan.range_min) & (ranges < scan.range_max)], ways[:, ranges == math.inf]

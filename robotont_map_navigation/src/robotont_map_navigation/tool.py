@@ -1,0 +1,22 @@
+"""How goto and relocalize begin and end: a line of words, and an exit status."""
+
+import sys
+
+import rosgraph
+
+from robotont_driver.rospy_repairs.rospy_process import init_tool
+from robotont_map_navigation.goal import DONE, INTERRUPTED, NOT_THERE, Outcome
+
+
+def run_tool(name, work):
+    """Make this process the node `name`, print the words of the Outcome of `work()`; returns its exit status."""
+    try:
+        if rosgraph.is_master_online():
+            init_tool(name)
+            end = work()
+        else:
+            end = Outcome(NOT_THERE, f"no ROS master at {rosgraph.get_master_uri()}: is roslaunch running?")
+    except KeyboardInterrupt:
+        end = Outcome(INTERRUPTED, "interrupted")
+    print(end.words, file=sys.stdout if end.status == DONE else sys.stderr, flush=True)
+    return end.status

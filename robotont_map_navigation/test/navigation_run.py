@@ -109,20 +109,19 @@ class Run:
         truth = self.truth[first:]
         end = pose(truth[-1])
         places = [pose(message)[:2] for message in truth]
-        speeds = [message.twist.twist.linear for message in truth]
         reports = self.reports[first_report:]
         return {
             "goal": [x, y, yaw], "goal_to_wall_m": round(clearance((x, y), self.world, 0.0), 2),
             "start_to_wall_m": round(clearance(places[0], self.world, 0.0), 2),
             "status": result.returncode, "words": result.stdout.strip().splitlines()[-1],
             "seconds": round(duration, 1),
-            "way": round(sum(math.dist(one, other) for one, other in zip(places, places[1:])), 2),
+            "way": round(way(truth), 2),
             "error_m": round(math.dist(end[:2], (x, y)), 3),
             "error_rad": round(abs(math.remainder(end[2] - yaw, 2 * math.pi)), 3),
             "clearance_m": round(min(clearance(place, self.world, self.radius) for place in places), 3),
-            "unseen_m": round(sum(math.hypot(speed.x, speed.y) for speed in speeds
-                                  if abs(math.atan2(speed.y, speed.x)) > HALF_A_VIEW) / TRUTH_RATE, 2),
-            "fastest_m_s": round(max(math.hypot(speed.x, speed.y) for speed in speeds), 3),
+            "unseen_m": round(sum(speed(message) for message in truth if abs(math.atan2(
+                message.twist.twist.linear.y, message.twist.twist.linear.x)) > HALF_A_VIEW) / TRUTH_RATE, 2),
+            "fastest_m_s": round(max(map(speed, truth)), 3),
             "last_command": flat(self.commands[-1][1]) if len(self.commands) > first_command else None,
             "alarms": sorted({report.message for report in reports if report.level}), "fit_percent": least_fit(reports),
         }
@@ -137,6 +136,17 @@ def least_fit(reports):
 def pose(message):
     """(x, y, yaw) of an Odometry."""
     return pose_of(message.pose.pose)
+
+
+def speed(message):
+    """[m/s] of an Odometry over ground."""
+    return math.hypot(message.twist.twist.linear.x, message.twist.twist.linear.y)
+
+
+def way(truth):
+    """[m] through the places of Odometry messages."""
+    places = [pose(message)[:2] for message in truth]
+    return sum(math.dist(one, other) for one, other in zip(places, places[1:]))
 
 
 def flat(twist):
@@ -157,7 +167,6 @@ def main():
     parser.add_argument("--world", default="room")
     parser.add_argument("--start", nargs=3, type=float, metavar=("X", "Y", "YAW"), help="of the robot and of amcl")
     parser.add_argument("--robot", default="thesis")
-    parser.add_argument("--commands", help="file for the recorded commands of the last goal: seconds, v_x, v_y, omega")
     options, arguments = parser.parse_known_args()
     with Master() as master:
         run = Run(master, arguments, options.robot, options.world, options.start)
@@ -168,10 +177,6 @@ def main():
             run.truth.clear()
             figures.append(run.goto(*goal))
             print(json.dumps(figures[-1]), file=sys.stderr, flush=True)
-        if options.commands:
-            start = run.commands[0][0]
-            Path(options.commands).write_text(json.dumps(
-                [[round(when - start, 3), *flat(twist)] for when, twist in run.commands]))
     print(json.dumps(figures))
     return max(figure["status"] for figure in figures)
 

@@ -126,7 +126,7 @@ def test_a_world_without_a_map_is_refused():
     (MAP.replace("0.05", "5 cm"), "resolution: found '5 cm', allowed: a number > 0 [m]"),
     (MAP.replace("0.05", "5e-2"), "'5e-2' is a text to YAML, write 0.05"),
     (MAP.replace("[0, 0, 0]", "[0, 0]"), "origin: found [0, 0], allowed: [x, y, yaw], three numbers"),
-    ("walls: []", "no image, resolution, origin, occupied_thresh, free_thresh, negate: not a map of map_server"),
+    ("walls: []", ": no image"),
     ("- 1", "allowed: image, resolution, origin, occupied_thresh"),
 ])
 def test_a_file_that_is_no_map_is_named(tmp_path, text, words):

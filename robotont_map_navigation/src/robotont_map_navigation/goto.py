@@ -71,8 +71,6 @@ def _run(options):
 
 def main():
     """Run goto; returns the exit status."""
-    def interrupt(_signal, _frame):
-        raise KeyboardInterrupt
-    signal.signal(signal.SIGTERM, interrupt)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     options = parse_arguments(rospy.myargv()[1:])
     return run_tool("goto", lambda: _run(options))

@@ -33,12 +33,9 @@ def fault(file):
         content, _ = read_mapping(path, ", ".join(ALLOWED))
     except (OSError, ValueError) as error:
         return str(error)
-    lacking = [key for key in ALLOWED if key not in content]
-    if lacking:
-        return f"{path}: no {', '.join(lacking)}: not a map of map_server"
     for key, (valid, allowed) in ALLOWED.items():
-        if not valid(content[key]):
-            return f"{path}: {parameters.fault(key, content[key], allowed)}"
+        if not valid(content.get(key)):
+            return f"{path}: {parameters.fault(key, content[key], allowed) if key in content else f'no {key}'}"
     image = path.parent / content["image"]
     return None if os.path.isfile(str(image)) else f"{path}: its image {image} is missing"
 

@@ -29,6 +29,7 @@ from robotont_map_navigation.tool import run_tool
 SPEED = 0.6      # [rad/s] of the turn
 PERIOD = 0.1     # [s] between two commands
 STUCK = 3.0      # [s] without a tenth of the turn that is due, and something holds the robot
+RUN_OUT = 0.5    # [s] after the turn, until the robot stands
 WAIT = 10.0      # [s] for map, scan and transforms
 LEAST = 0.7      # share of the rays that the map has to explain
 CLEARER = 0.05   # by which every other place has to explain less
@@ -89,40 +90,33 @@ class Relocalize:
 
     def _turn(self):
         """Turn once around; an Outcome when something holds the robot."""
-        message = Twist()
+        message, turned, yaw, moved = Twist(), 0.0, self._place()[2], time.monotonic()
         message.angular.z = SPEED
-        turned, yaw, moved = 0.0, self._place()[2], time.monotonic()
         try:
             while turned < 2 * math.pi:
                 self._command.publish(message)
                 time.sleep(PERIOD)
-                now = self._place()[2]
-                step = math.remainder(now - yaw, 2 * math.pi)
+                step = math.remainder(self._place()[2] - yaw, 2 * math.pi)
+                turned, yaw = turned + step, yaw + step
                 if step > 0.1 * SPEED * PERIOD:
                     moved = time.monotonic()
-                turned, yaw = turned + step, now
                 if time.monotonic() - moved > STUCK:
                     return Outcome(GAVE_UP, "the robot does not turn: is the emergency stop pressed, or does somebody "
                                    "drive by hand?")
         finally:
             self._command.publish(Twist())
-        _wait_for(self._stands, 2.0)
+        time.sleep(RUN_OUT)
         return None
-
-    def _stands(self):
-        yaw = self._place()[2]
-        time.sleep(0.2)
-        return abs(self._place()[2] - yaw) < 1e-3
 
     def _seen(self):
         """(ends 2 x N, free 2 x M) [m] of all scans, in the robot's frame as it stands now."""
-        here, seen = self._place(), []
+        here, seen = self._place(), [(np.zeros((2, 0)),) * 2]
         for scan in tuple(self._scans):
             sensor = look_up(self._transforms, self._odometry, scan.header.frame_id, scan.header.stamp)
             if sensor:
                 from_here = between(here, (*place_of(sensor)[:2], 0.0))
                 seen.append([np.array(compose(from_here, (*rays, 0.0))[:2]) for rays in rays_of(scan, sensor)])
-        return tuple(np.hstack([np.zeros((2, 0)), *rays]) for rays in zip(*seen)) if seen else (np.zeros((2, 0)),) * 2
+        return map(np.hstack, zip(*seen))
 
     def _place(self, frame=None):
         """Pose (x, y, yaw) of the robot in a frame, that of the odometry unless another is named; None when unknown."""

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
+from scipy.optimize import minimize
 
 from robotont_simulator.world import OCCUPIED, draw_map
 
@@ -36,26 +37,11 @@ def moved(points, pose):
 
 
 def aligned(points, faces, pose):
-    """The pose near `pose` of the map's frame in the world at which `points` lie nearest to the faces.
-
-    It is sought by steps and turns about the points' middle, about which a turn moves them least.
-    """
-    middle = points.mean(axis=0)
-    around = points - middle
-
+    """The pose near `pose` of the map's frame in the world at which `points` lie nearest to the faces."""
     def cost(placed):
-        return np.minimum(faces.distances(moved(around, placed)), FAR).mean()
-
-    placed, step = np.append(moved(middle, pose), pose[2]), np.array([0.1, 0.1, 0.05])
-    best = cost(placed)
-    while step[0] > 1e-3:
-        tries = [placed + sign * step * unit for unit in np.eye(3) for sign in (1, -1)]
-        costs = [cost(each) for each in tries]
-        if min(costs) < best:
-            best, placed = min(costs), tries[int(np.argmin(costs))]
-        else:
-            step = step / 2
-    return np.append(placed[:2] - moved(middle, (0.0, 0.0, placed[2])), placed[2])
+        return np.minimum(faces.distances(moved(points, placed)), FAR).mean()
+    around = pose + np.vstack([np.zeros(3), np.diag([0.1, 0.1, 0.05])])
+    return minimize(cost, pose, method="Nelder-Mead", options={"initial_simplex": around, "xatol": 1e-3}).x
 
 
 def score(points, world, start=None):

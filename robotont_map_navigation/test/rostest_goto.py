@@ -38,7 +38,7 @@ class Goto(NodeTest):
     def setUpClass(cls):
         super().setUpClass()
         cls.server = Processes()
-        cls.server.start(DOUBLE, f"__ns:={SHARED}", "_repeat:=true", log=cls.server.folder / "log")
+        cls.server.start(DOUBLE, f"__ns:={SHARED}", log=cls.server.folder / "log")
 
     @classmethod
     def tearDownClass(cls):
@@ -75,7 +75,7 @@ class Goto(NodeTest):
         return process.returncode, text.splitlines()
 
     def start_in_root(self):
-        self.server_in_root = self.start_server("", repeat=True)
+        self.server_in_root = self.start_server("")
         goto = GoTo(lambda _line: None)
         self.assertTrue(goto.wait_for_server(20.0))
         return goto
@@ -90,7 +90,7 @@ class GotoTest(Goto):
         goals = self.listen("/late/move_base/goal", MoveBaseActionGoal)
         goto = self.start_goto("2", "-2.2", "1.2")
         wait_for(lambda: "waiting for" in goto.log.read_text(), "words about waiting")
-        self.start_server("/late", hurry=4.0)
+        self.start_server("/late", seconds=3.0)
         status, lines = self.end(goto)
         self.assertEqual(status, 0, lines)
         self.assertEqual(lines[:2], [f"waiting for {self.space}/move_base", "going to (2.00, -2.20, 1.20)"])
@@ -106,7 +106,7 @@ class GotoTest(Goto):
         ill = DiagnosticStatus(name="barred/serial_com_node: link", level=ERROR, message="unplugged")
         diagnostics = self.publisher("/diagnostics", DiagnosticArray, subscribers=0)
         goto = self.start_goto("2", "-2.2", "1.2")
-        self.start_server("/barred", hurry=4.0, barred=3)
+        self.start_server("/barred", seconds=3.0, barred=3)
         wait_for(lambda: diagnostics.publish(DiagnosticArray(status=[ill])) or goto.poll() is not None, "the goal",
                  timeout=60, period=0.2)
         status, lines = self.end(goto)
@@ -146,7 +146,7 @@ class NightlyGotoTest(Goto):
         self.assertEqual((status, lines[-1]), (130, "interrupted"))
 
     def test_the_server_dies(self):
-        mortal = self.start_server("/mortal", repeat=True)
+        mortal = self.start_server("/mortal")
         goto = self.start_goto("2", "2", "0")
         wait_for(self.moving, "motion")
         self.processes.stop(mortal, signal.SIGKILL)
@@ -166,7 +166,7 @@ class NightlyGotoTest(Goto):
 
     def test_a_goal_that_the_map_shows_to_be_out_of_reach_is_refused(self):
         """Two rooms, (0, 0) to (4, 2) [m], without a door."""
-        self.start_server("/mapped", repeat=True)
+        self.start_server("/mapped")
         goals = self.listen("/mapped/move_base/goal", MoveBaseActionGoal)
         rospy.set_param("/mapped/move_base/global_costmap", {"robot_radius": 0.15, "footprint_padding": 0.01})
         rooms = walled(40, 80)
@@ -188,7 +188,7 @@ class NightlyGotoTest(Goto):
         self.assertEqual((status, lines[-1]), (5, "not there after 1 s; the goal is cancelled"))
 
     def test_a_move_base_that_confirms_no_cancellation(self):
-        self.start_server("/deaf", repeat=True, deaf=1000.0)
+        self.start_server("/deaf", deaf=1000.0)
         status, lines = self.end(self.start_goto("2", "2", "0", "--timeout", "1"))
         self.assertEqual((status, lines[-1]), (5, "not there after 1 s; cancelled, but move_base has not confirmed it "
                                                "within 5 s: the robot may still move"))

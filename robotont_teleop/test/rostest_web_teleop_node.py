@@ -37,7 +37,7 @@ class WebTeleopNode(PageServerTest):
     def start_move_base(self):
         goals = self.listen("move_base/goal", MoveBaseActionGoal)
         statuses = self.listen("move_base/status", GoalStatusArray)
-        self.processes.start(MOVE_BASE, "_repeat:=true", "cmd_vel:=cmd_vel/navigation")
+        self.processes.start(MOVE_BASE, "cmd_vel:=cmd_vel/navigation")
         wait_for(lambda: statuses, "move_base")
         return goals, lambda: [status for status in statuses[-1].status_list if status.status in GOING_ON]
 

@@ -228,7 +228,7 @@ class GoTo:
             self._client.pub_cancel.publish(GoalID(id=sent))
 
     def _on_map(self, message):
-        self._map = message
+        self._map = message if message.header.frame_id == FRAME else None
 
     def _on_pose(self, message):
         self._pose = pose_of(message.pose.pose)

@@ -42,7 +42,7 @@ class Held:
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
         for topic, kind, callback in (("cmd_vel/limited", Twist, self._on_command), ("odom", Odometry, self._on_odom),
                                       ("cmd_vel/driven_by", String, self._on_driver),
-                                      ("move_base/current_goal", PoseStamped, self._on_goal)):
+                                      ("move_base/current_goal", PoseStamped, lambda _: self._tell(""))):  # tries anew
             rospy.Subscriber(topic, kind, callback, queue_size=1, tcp_nodelay=True)
         Health(robot_name(), {"motion": self._report})
 
@@ -75,10 +75,6 @@ class Held:
         points = [((edge + off) * math.cos(bearing + side), (edge + off) * math.sin(bearing + side), height)
                   for off, height in FELT for side in FRONT if any(ahead[:2])]
         self._felt.publish(point_cloud2.create_cloud_xyz32(Header(0, rospy.Time.now(), base_frame()), points))
-
-    def _on_goal(self, _message):
-        """A new goal tries again."""
-        self._tell("")
 
     def _tell(self, words):
         if words != self._words:

@@ -8,7 +8,6 @@ import tf2_ros
 
 from robotont_description.geometry import rotation_of, seen_from_above
 from robotont_driver.kinematics.se2 import pose_of, yaw_of
-from robotont_driver.parameters.parameters import is_number
 from robotont_map_navigation.floor_map import FloorMap
 
 COSTMAP = "move_base/global_costmap/"
@@ -16,8 +15,7 @@ COSTMAP = "move_base/global_costmap/"
 
 def needed_radius():
     """[m] of the circle that move_base keeps free around the robot, by its parameters; 0 when they name none."""
-    values = [rospy.get_param(COSTMAP + name, 0.0) for name in ("robot_radius", "footprint_padding")]
-    return sum(values) if all(map(is_number, values)) else 0.0
+    return sum(rospy.get_param(COSTMAP + name, 0.0) for name in ("robot_radius", "footprint_padding"))
 
 
 def base_frame():

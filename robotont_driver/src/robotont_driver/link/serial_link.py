@@ -188,9 +188,11 @@ class SerialLink:
         return min(left, self._outbox.wait(now) or FULL_LINE) if self._outbox else left
 
     def _say_goodbye(self, port, connection):
-        """Write a stop, as far as the port takes it in time."""
+        """Write a stop twice, for a line may be spoilt, as far as the port takes it in time."""
         with self._lock:  # behind a command that is being written; from now on there are none
-            self._outbox.put(connection.last_stop())
+            stop = connection.last_stop()
+            self._outbox.put(stop)
+            self._outbox.added.extend(filter(None, [stop]))
         while self._outbox and time.monotonic() < self._close_by:
             self._outbox.write(port, time.monotonic)
             time.sleep(FULL_LINE if self._outbox else 0.0)

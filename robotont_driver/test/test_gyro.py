@@ -179,12 +179,12 @@ def test_unplugged_the_wheels_go_on_without_a_jump(length):
     assert np.degrees(np.abs(se2.wrap(jumps[:, 2])).max()) < 0.25
 
 
-@pytest.mark.parametrize("rate", [250.0, -1e9, 1e300])
+@pytest.mark.parametrize("rate", [250.0, -1000.0, 1e16, 1e300])
 def test_one_absurd_sample_is_no_turn(rate):
     rng, run = np.random.default_rng(5), Run()
     run.twists = np.concatenate([np.zeros((1, STANDS, 3)), physics.commands(rng, 1, 10.0)], axis=1)
     come, stamps, rates = physics.gyro(rng, run.truth[:, 2])
-    rates[len(rates) // 2] = rate
+    rates[round(0.8 * len(rates))] = rate
     run.take(physics.encoders(rng, BASE, run.twists)[0], (come, stamps, rates))
     assert abs(run.error[2]) < math.radians(2)
 

@@ -54,7 +54,7 @@ class BoardTest(NodeTest):
 
 class OfficialBoardsTest(BoardTest):
     def counted(self):
-        packets = [tuple(map(float, message.data.rstrip(";\n").split(":"))) for message in list(self.read)]
+        packets = [tuple(map(float, message.data.partition(";")[0].split(":"))) for message in list(self.read)]
         return [sum(column) for column in zip(*packets)]
 
     def drive(self, seconds):

@@ -23,7 +23,7 @@ from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware import config
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.mujoco_model import ROLLERS, TIMESTEP
-from robotont_simulator.official_firmware import SimulatedMotors, make_simulation
+from robotont_simulator.simulated_board import SimulatedMotors, make_simulation
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing.figures import percentile, row
@@ -94,7 +94,8 @@ class OwnRobot:
 
     def turned(self):
         """[m, m, rad] by which the wheels' own angles have moved the robot, each twist after the other."""
-        return self.run.kinematics.inverse @ (self.run.simulation.wheel_angles() * self.radii)
+        return self.run.kinematics.inverse @ (self.radii * [
+            self.run.simulation.data.joint(f"wheel{wheel}").qpos[0] for wheel in range(len(self.radii))])
 
 
 class HeldRobot(OwnRobot):

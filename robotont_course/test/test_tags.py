@@ -9,7 +9,7 @@ import pytest
 
 from robotont_description.geometry import camera_place
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_simulator.camera import Camera
+from robotont_simulator.camera_node import Camera
 from robotont_simulator.world import read_world
 from robotont_testing.harness import in_own_process
 

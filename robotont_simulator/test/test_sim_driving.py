@@ -48,10 +48,10 @@ def test_the_same_seed_gives_the_same_run_and_another_one_other_encoders():
     def play(seed):
         run = run_in(seed=seed)
         run.hold((0.3, -0.1, 0.4), 1.0)
-        return run.simulation.pose(), run.counts, list(run.simulation.counts())
+        return run.simulation.pose(), run.counts, list(run.simulation.counters)
     assert play(3) == play(3)
     assert play(3)[2] != play(4)[2]
-    assert min(run_in(seed=8).simulation.counts()) > 0, "encoders start anywhere"
+    assert min(run_in(seed=8).simulation.counters) > 0, "encoders start anywhere"
 
 
 def test_a_push_moves_the_truth_and_not_the_odometry():

@@ -36,7 +36,7 @@ def along(run, wheel, units):
 
 def break_encoder(run, wheel, state, twist, within, whole):
     """Drive on with a broken encoder: the wheel is off `within` [s], then all; its fastest speed in `whole` [units]."""
-    run.simulation.set_encoders(*(state if one == wheel else 1 for one in range(3)))
+    run.simulation.encoders[wheel] = state
     off, fastest = None, 0.0
     for period in range(round((within + config.BRAKING / 1000 + 0.1) * 50)):  # by then the others have braked
         run.drive([twist])
@@ -45,7 +45,7 @@ def break_encoder(run, wheel, state, twist, within, whole):
             off = (period + 1) / 50
     assert off is not None
     assert off <= within
-    assert not run.simulation._efforts.any(), "the others have braked"
+    assert not run.simulation.efforts.any(), "the others have braked"
     return fastest / whole
 
 

@@ -21,18 +21,18 @@ def new_simulation(imu_rate):
 def test_readings_add_up_to_the_turn_and_weigh_the_robot():
     simulation = new_simulation(imu_rate=250)
     errors = simulation.imu_errors
-    errors.gyro_scale, errors.gyro_bias, errors.accelerometer_bias = 1.0, np.zeros(3), np.zeros(3)
+    errors.scale, errors.bias = np.ones(6), np.zeros(6)
     run = LockstepRun(simulation)
     rates, accelerations = [], []
     for _ in range(150):
         run.drive([(0.0, 0.0, 1.0)])
         assert len(simulation.imu_readings) == 5
-        rates += [rate for rate, _ in simulation.imu_readings]
-        accelerations += [acceleration for _, acceleration in simulation.imu_readings]
+        rates += [reading[:3] for reading in simulation.imu_readings]
+        accelerations += [reading[3:] for reading in simulation.imu_readings]
     turned = np.sum(rates, axis=0) * simulation.imu_interval
     true = run.path[-1][2][2]
     assert true > 2.5
-    np.testing.assert_allclose(turned, (0.0, 0.0, true), atol=5 * imu.GYRO_NOISE * math.sqrt(3.0))
+    np.testing.assert_allclose(turned, (0.0, 0.0, true), atol=5 * imu.NOISE[0] * math.sqrt(3.0))
     np.testing.assert_allclose(np.mean(accelerations, axis=0), (0.0, 0.0, GRAVITY), atol=0.02)
 
 
@@ -53,14 +53,14 @@ def test_the_rate_is_rounded_down_to_what_fits_the_steps(rate, found):
 def test_errors_are_as_large_as_the_data_sheet_says():
     rate = 250.0
     devices = [ImuErrors(rate, np.random.default_rng(seed)) for seed in range(40)]
-    starts = np.array([errors.gyro_bias for errors in devices])
-    readings = np.array([[errors.measure(np.zeros(3), np.zeros(3))[0] for _ in range(round(rate))]
+    starts = np.array([errors.bias[:3] for errors in devices])
+    readings = np.array([[errors.measure(np.zeros(6))[:3] for _ in range(round(rate))]
                          for errors in devices])  # over 1 s
     for errors in devices[:10]:
         for _ in range(round(rate * 20)):
-            errors.measure(np.zeros(3), np.zeros(3))
-    walks = [errors.gyro_bias - start for errors, start in zip(devices[:10], starts)]
-    assert np.std(starts) == pytest.approx(imu.GYRO_BIAS, rel=0.3)
-    assert np.std([errors.gyro_scale - 1 for errors in devices]) == pytest.approx(imu.GYRO_SCALE, rel=0.5)
-    assert np.std(readings.mean(axis=1) - starts) == pytest.approx(imu.GYRO_NOISE, rel=0.3)
-    assert np.std(walks) == pytest.approx(imu.GYRO_DRIFT * math.sqrt(21), rel=0.5)
+            errors.measure(np.zeros(6))
+    walks = [errors.bias[:3] - start for errors, start in zip(devices[:10], starts)]
+    assert np.std(starts) == pytest.approx(imu.BIAS[0], rel=0.3)
+    assert np.std([errors.scale[:3] - 1 for errors in devices]) == pytest.approx(imu.SCALE[0], rel=0.5)
+    assert np.std(readings.mean(axis=1) - starts) == pytest.approx(imu.NOISE[0], rel=0.3)
+    assert np.std(walks) == pytest.approx(imu.DRIFT[0] * math.sqrt(21), rel=0.5)

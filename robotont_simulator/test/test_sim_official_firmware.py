@@ -12,7 +12,7 @@ from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.connection import KINDS
 from robotont_driver.protocol.plain import parse_packet
 from robotont_driver.protocol.protocol import format_packet
-from robotont_simulator.official_firmware import SimulatedMotors, make_simulation
+from robotont_simulator.simulated_board import SimulatedMotors, make_simulation
 from robotont_simulator.world import World
 from robotont_testing.robots import ROBOTONT2, SHIPPED
 

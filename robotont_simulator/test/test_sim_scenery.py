@@ -13,7 +13,7 @@ from robot_runs import ROOT
 
 from robotont_description.geometry import camera_place, robot_radius
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_simulator import camera
+from robotont_simulator import camera_node as camera
 from robotont_simulator.scenery import tag
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import draw_map, read_world

@@ -69,16 +69,20 @@ def check_profile(package, chosen, wiring):
         raise FlashError(f"{profile}: {error}") from error
 
 
+def numbers_of(wheels):
+    """The numbers of config.py that `Wheels` tell, by their names."""
+    mean = sum(wheels.radii) / wheels.amount, sum(map(abs, wheels.levers)) / wheels.amount
+    return {"WHEELS": wheels.amount, "RATE": round(wheels.pid_frequency), "EDGES": wheels.edges_per_motor_turn,
+            "GEAR": round(100 * wheels.gear), "RADIUS": round(1e6 * mean[0]), "DISTANCE": round(1e6 * mean[1]),
+            "NO_LOAD_SPEED": round(10 * wheels.motor.no_load_speed), "MASS": round(1000 * wheels.mass),
+            "STALL_TORQUE": round(1e6 * wheels.motor.stall_torque)}
+
+
 def differences(package, wiring, wheels):
     """List of the numbers in which a profile differs from a robot's `Wheels`."""
     numbers = {**runpy.run_path(str(package / "config.py")), **wiring}
-    mean = sum(wheels.radii) / wheels.amount, sum(map(abs, wheels.levers)) / wheels.amount
-    robot = {"WHEELS": wheels.amount, "RATE": round(wheels.pid_frequency), "EDGES": wheels.edges_per_motor_turn,
-             "GEAR": round(100 * wheels.gear), "RADIUS": round(1e6 * mean[0]), "DISTANCE": round(1e6 * mean[1]),
-             "NO_LOAD_SPEED": round(10 * wheels.motor.no_load_speed), "MASS": round(1000 * wheels.mass),
-             "STALL_TORQUE": round(1e6 * wheels.motor.stall_torque)}
-    return [f"{name}: {numbers[name]} in the profile, {wanted} by the robot" for name, wanted in robot.items()
-            if abs(numbers[name] - wanted) > NEAR * wanted]
+    return [f"{name}: {numbers[name]} in the profile, {wanted} by the robot"
+            for name, wanted in numbers_of(wheels).items() if abs(numbers[name] - wanted) > NEAR * wanted]
 
 
 def check(profile, robot):

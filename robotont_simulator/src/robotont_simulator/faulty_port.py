@@ -16,10 +16,8 @@ class Port:
     `spoil_commands` is false.
     """
 
-    spoil_commands = True
-
-    def __init__(self, link, seed=0):
-        self.link = link
+    def __init__(self, link, seed=0, spoil_commands=True):
+        self.link, self._spoil_commands = link, spoil_commands
         self.byte_errors = 0.0
         self._random = random.Random(seed)
         self._master = None
@@ -65,7 +63,7 @@ class Port:
             data = os.read(self._master, size)
         except OSError:  # no process has the port open
             return b""
-        return self._spoil(data) if self.spoil_commands else data
+        return self._spoil(data) if self._spoil_commands else data
 
     def write(self, data):
         """Send bytes to the PC; lost while unplugged, or when no process reads."""

@@ -9,34 +9,23 @@ import math
 
 import numpy as np
 
-GRAVITY = 9.81                              # [m/s^2]
-GYRO_NOISE = math.radians(0.014)            # [rad/s/sqrt(Hz)]
-GYRO_BIAS = math.radians(0.5)               # [rad/s] standard deviation of the offset at the start
-GYRO_DRIFT = 1e-5                           # [rad/s/sqrt(s)] walk of the offset
-GYRO_SCALE = 3e-4                           # standard deviation of the scale's error
-ACCELEROMETER_NOISE = 150e-6 * GRAVITY      # [m/s^2/sqrt(Hz)]
-ACCELEROMETER_BIAS = 5e-3 * GRAVITY         # [m/s^2]
-ACCELEROMETER_DRIFT = 1e-4                  # [m/s^2/sqrt(s)]
+GRAVITY = 9.81  # [m/s^2]
+# Of the three axes of the gyro [rad/s] and of the accelerometer [m/s^2]: noise per sqrt(Hz), standard deviations of the
+# offset at the start and of the scale's error, walk of the offset per sqrt(s)
+NOISE, BIAS, SCALE, DRIFT = np.repeat([
+    (math.radians(0.014), 150e-6 * GRAVITY), (math.radians(0.5), 5e-3 * GRAVITY), (3e-4, 0.0), (1e-5, 1e-4)], 3, axis=1)
 
 
 class ImuErrors:
-    """Spoils true rates and accelerations at `rate` [Hz]; deterministic for a generator and a sequence of calls."""
+    """Spoils true readings at `rate` [Hz]; deterministic for a generator and a sequence of calls."""
 
     def __init__(self, rate, generator):
-        self._random = generator
-        self._interval = 1.0 / rate
-        self.gyro_scale = 1.0 + GYRO_SCALE * generator.standard_normal()
-        self.gyro_bias = GYRO_BIAS * generator.standard_normal(3)                    # [rad/s]
-        self.accelerometer_bias = ACCELEROMETER_BIAS * generator.standard_normal(3)  # [m/s^2]
-        # [rad/s], [m/s^2] standard deviation of a single reading
-        self.gyro_deviation, self.accelerometer_deviation = (
-            density * math.sqrt(rate) for density in (GYRO_NOISE, ACCELEROMETER_NOISE))
+        self._random, self._walk = generator, DRIFT / math.sqrt(rate)
+        self.scale, self.bias = 1.0 + SCALE * generator.standard_normal(6), BIAS * generator.standard_normal(6)
+        self.deviation = NOISE * math.sqrt(rate)  # of a single reading
 
-    def measure(self, rates, accelerations):
-        """(angular velocity [rad/s], 3; acceleration [m/s^2], 3) that the device reports for the true ones."""
-        draw = self._random.standard_normal((4, 3))
-        walk = math.sqrt(self._interval)
-        self.gyro_bias = self.gyro_bias + GYRO_DRIFT * walk * draw[0]
-        self.accelerometer_bias = self.accelerometer_bias + ACCELEROMETER_DRIFT * walk * draw[1]
-        return (self.gyro_scale * np.asarray(rates) + self.gyro_bias + self.gyro_deviation * draw[2],
-                np.asarray(accelerations) + self.accelerometer_bias + self.accelerometer_deviation * draw[3])
+    def measure(self, readings):
+        """What the device reports for true ones: angular velocity [rad/s], acceleration [m/s^2], 6 numbers."""
+        walk, noise = self._random.standard_normal((2, 6))
+        self.bias = self.bias + self._walk * walk
+        return self.scale * readings + self.bias + self.deviation * noise

@@ -1,16 +1,24 @@
-"""The firmware's board interface over the simulation; see robotont_firmware.main_loop."""
+"""Boards on the simulated robot: with this project's firmware (see robotont_firmware.main_loop), or an official one."""
 
+import itertools
 import math
 import time
 import types
 
+from robotont_boards import BOARDS, POSITIONS
 from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_firmware import config, robot_numbers
 from robotont_firmware.main_loop import Controller
+from robotont_flash.program import numbers_of
+from robotont_simulator.simulation import Simulation
 
 EVEN = 0.1  # by which the sines of the angles between wheels may differ
 HOLLOW = 0.34  # moment of inertia of a wheel, in its mass times its radius squared
 DARK = 0.5  # [s] that a board without power and then starting does nothing
+MOTORS_FREQUENCY = 100  # [Hz] the physics moves on in periods of the fastest official control, 10 ms
+LOOK, LOOKS = 0.005, 4  # [s] between two looks of an official board at its serial port, and how many to a tick
+OFFICIAL_STALL = 0.1    # [s] of time that is made up for; what the computer loses beyond that is given up
+LARGEST_ANGLE = 0.1     # [rad] by which a wheel may be elsewhere than an official board believes
 LONGEST_STALL = 0.4  # [s] that is made up for; the firmware must not miss half a second of commands at once
 
 
@@ -22,12 +30,9 @@ def configuration(wheels, mass, inertia):
     motor, radius = wheels.motor, sum(wheels.radii) / wheels.amount
     turned = motor.rotor_inertia + HOLLOW * WHEEL_MASS * (radius / wheels.gear) ** 2
     numbers = types.SimpleNamespace(**{
-        **{name: value for name, value in vars(config).items() if name.isupper()}, "PROFILE": "simulated",
-        "WHEELS": wheels.amount, "RATE": round(wheels.pid_frequency), "EDGES": wheels.edges_per_motor_turn,
-        "GEAR": round(100 * wheels.gear), "RADIUS": round(1e6 * radius), "EVEN": int(is_even(wheels)),
-        "DISTANCE": round(1e6 * sum(map(abs, wheels.levers)) / wheels.amount),
-        "MASS": round(1e3 * mass), "INERTIA": round(1e7 * inertia), "NO_LOAD_SPEED": round(10 * motor.no_load_speed),
-        "STALL_TORQUE": round(1e6 * motor.stall_torque),
+        **{name: value for name, value in vars(config).items() if name.isupper()},
+        **numbers_of(wheels._replace(mass=mass)), "PROFILE": "simulated", "EVEN": int(is_even(wheels)),
+        "INERTIA": round(1e7 * inertia),
         "TIME_CONSTANT": round(1e3 * turned * motor.no_load_speed / motor.stall_torque)})
     try:
         if wheels.pid_frequency != numbers.RATE:
@@ -76,13 +81,13 @@ class SimulatedBoard:
 
     line: an object with read(size) -> bytes and write(bytes), the board's end of the serial line.
     on_tick(): called once per period, after the physics; returns whether to go on.
-    pace: None to run as fast as possible.
+    rate: [Hz] of the periods in real time; 0: as fast as possible.
     """
 
     dead = ""
 
-    def __init__(self, simulation, line, on_tick, pace=None):
-        self.line, self.pace = line, pace
+    def __init__(self, simulation, line, on_tick, rate=0.0):
+        self.line, self.pace = line, Pace(1.0 / rate, LONGEST_STALL) if rate else None
         self._power_failed = False
         self._simulation = simulation
         self._on_tick = on_tick
@@ -115,12 +120,12 @@ class SimulatedBoard:
 
     def counts(self, totals):
         """Fill in the encoders' counters."""
-        for wheel, count in enumerate(self._simulation.counts()):
+        for wheel, count in enumerate(self._simulation.counters):
             totals[wheel] = int(count)
 
     def drive(self, wheel, effort):
         """Put the effort (-FULL_EFFORT..FULL_EFFORT) on a motor."""
-        self._simulation.drive(wheel, effort / config.FULL_EFFORT)
+        self._simulation.efforts[wheel] = effort / config.FULL_EFFORT
 
     def fault(self, _wheel):
         """No motor driver, no fault."""
@@ -145,5 +150,64 @@ class SimulatedBoard:
 
     def stop(self):
         """All motors off."""
-        for wheel in range(self._simulation.wheels.amount):
-            self._simulation.drive(wheel, 0.0)
+        self._simulation.efforts[:] = 0.0
+
+
+class SimulatedMotors:
+    """The motors and encoders of a `Simulation` for a board of robotont_boards."""
+
+    def __init__(self, simulation):
+        self._simulation = simulation
+        self._period = 1.0 / simulation.wheels.pid_frequency
+        self._before = simulation.counters
+        self._owed = 0.0  # [s] that have passed on the board and not in the simulation
+
+    def turn(self, efforts, seconds):
+        """Let time pass with efforts from -1 to 1; edges, integers, that the encoders have counted in it."""
+        self._simulation.efforts[:] = efforts
+        self._owed += seconds
+        while self._owed > self._period / 2:
+            self._owed -= self._period
+            self._simulation.step()
+        before, self._before = self._before, self._simulation.counters
+        return ((self._before - before + 0x8000) % 0x10000 - 0x8000).tolist()
+
+
+def make_simulation(name, wheels, world, seed, imu_rate=0.0):
+    """`Simulation` for a board with an official firmware. Raises ValueError for wheels that it cannot have."""
+    places = [math.remainder(found - wanted, 2 * math.pi) for found, wanted in zip(wheels.positions, POSITIONS)]
+    placed = min(wheels.levers) > 0 and max(map(abs, places)) <= LARGEST_ANGLE
+    if wheels.amount != 3 or not placed:
+        raise ValueError(f"found another robot's wheels, allowed: those of robot:={name}, or calibrated ones")
+    return Simulation(wheels._replace(pid_frequency=MOTORS_FREQUENCY), world, seed, imu_rate)
+
+
+class OfficialFirmware:
+    """Runs a board of robotont_boards in real time: `line` has read(size) and write(bytes), the board's end.
+
+    on_tick(): called every 20 ms; returns whether to go on.
+    """
+
+    def __init__(self, name, simulation, line, on_tick):
+        self._board = BOARDS[name](SimulatedMotors(simulation))
+        self._line = line
+        self._on_tick = on_tick
+        self.pace = Pace(LOOK, OFFICIAL_STALL)
+
+    @property
+    def dead(self):
+        """Cause of the board's halt; empty while it runs."""
+        return self._board.dead
+
+    def run(self):
+        """Serve until `on_tick` returns false."""
+        board = self._board
+        for look in itertools.count(1):
+            self.pace.wait()
+            for line in self._line.read(4096).splitlines(keepends=True):
+                board.receive(line, board.now)
+            data = board.advance(board.now + LOOK)
+            if data:
+                self._line.write(data)
+            if look % LOOKS == 0 and not self._on_tick():
+                return

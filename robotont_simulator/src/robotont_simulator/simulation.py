@@ -19,7 +19,8 @@ class Simulation:
     """A robot with `Wheels` in a `World`. Deterministic for a seed and a sequence of calls.
 
     imu_rate: [Hz] of an inertial measurement unit, at most; as many whole steps of the physics as divide the period
-    lie between two readings. 0: none. voltage: [V] of the battery.
+    lie between two readings. 0: none. May be changed: voltage [V] of the battery; efforts, n, -1..1 of it on motors, 0
+    lets them coast; encoders, n, 1 good, 0 unplugged, -1 reversed; powered, n, whether a motor gets any current.
     """
 
     def __init__(self, wheels, world, seed=0, imu_rate=0.0):
@@ -31,14 +32,13 @@ class Simulation:
         model.opt.timestep = 1.0 / wheels.pid_frequency / self._steps
         self._body = model.body("base_link").id
         joints = [model.joint(f"wheel{wheel}") for wheel in range(wheels.amount)]
-        self._angle_at, self._dofs = (np.concatenate([getattr(joint, place) for joint in joints])
+        self._angles, self._dofs = (np.concatenate([getattr(joint, place) for joint in joints])
                                       for place in ("qposadr", "dofadr"))
         self._brake, self._frictions = model.actuator_biasprm[:, 2].copy(), model.dof_frictionloss[self._dofs].copy()
-        # encoders start anywhere
-        self._counters = np.random.default_rng(seed).integers(0, 0x10000, wheels.amount)
+        self.counters = np.random.default_rng(seed).integers(0, 0x10000, wheels.amount)  # 0..65535, from anywhere on
         self._edges = np.zeros(wheels.amount, int)  # since the start, as the wheels turned
-        self._encoders, self._powered = np.ones(wheels.amount, int), np.ones(wheels.amount, bool)
-        self._efforts = np.zeros(wheels.amount)
+        self.encoders, self.powered = np.ones((2, wheels.amount), int)
+        self.efforts = np.zeros(wheels.amount)
         self._push_ends = 0.0  # [s]
         readings = max((part for part in range(1, self._steps + 1)
                         if self._steps % part == 0 and part * wheels.pid_frequency <= imu_rate), default=0)
@@ -61,23 +61,19 @@ class Simulation:
         mujoco.mj_mulM(self.mujoco_model, self.data, momentum, turn)
         return float(self.mujoco_model.body_subtreemass[self._body]), float(momentum[5])
 
-    def drive(self, wheel, effort):
-        """Put `effort` (-1..1 of the battery's voltage) on a motor; 0 lets it coast."""
-        self._efforts[wheel] = effort
-
     def step(self):
         """One PID period."""
-        self.data.ctrl[:] = self._efforts * self._powered * (self.voltage / VOLTAGE)
+        self.data.ctrl[:] = self.efforts * self.powered * (self.voltage / VOLTAGE)
         # the driver leaves motors without current open, which neither turns nor brakes
-        self.mujoco_model.actuator_biasprm[:, 2] = self._brake * ((self._efforts != 0) & self._powered)
+        self.mujoco_model.actuator_biasprm[:, 2] = self._brake * self.powered * (self.efforts != 0)
         if self.time >= self._push_ends:
             self.data.xfrc_applied[self._body] = 0.0
         if self.imu_errors is None:
             mujoco.mj_step(self.mujoco_model, self.data, self._steps)
         else:
             self.imu_readings = [self._read_imu() for _ in range(self._steps // self._imu_steps)]
-        edges = np.floor(self.wheel_angles() * self.wheels.edges_per_turn / (2 * math.pi)).astype(int)
-        self._counters = (self._counters + self._encoders * (edges - self._edges)) % 0x10000
+        edges = np.floor(self.data.qpos[self._angles] * self.wheels.edges_per_turn / (2 * math.pi)).astype(int)
+        self.counters = (self.counters + self.encoders * (edges - self._edges)) % 0x10000
         self._edges = edges
 
     def _read_imu(self):
@@ -89,15 +85,8 @@ class Simulation:
         mujoco.mju_subQuat(rotation, data.qpos[3:7], orientation)
         mujoco.mju_quat2Mat(matrix, data.qpos[3:7])
         acceleration = (data.qvel[:3] - velocity) / self.imu_interval + (0.0, 0.0, GRAVITY)
-        return self.imu_errors.measure(rotation / self.imu_interval, matrix.reshape(3, 3).T @ acceleration)
-
-    def counts(self):
-        """Encoder counters, n, 0..65535."""
-        return self._counters
-
-    def wheel_angles(self):
-        """[rad] that each wheel has turned."""
-        return self.data.qpos[self._angle_at]
+        return self.imu_errors.measure(np.concatenate([
+            rotation / self.imu_interval, matrix.reshape(3, 3).T @ acceleration]))
 
     def pose(self):
         """Ground truth of base_link: (x [m], y [m], yaw [rad])."""
@@ -129,22 +118,14 @@ class Simulation:
         """The visitor (0) or another robot (1 and more) stands at x, y [m]; not finite: nowhere."""
         put(self.data, number, x, y)
 
-    def set_grip(self, *parts):
+    def set_grip(self, parts):
         """Make wheels slippery: of each the part (0..1) of the normal friction."""
         model = self.mujoco_model
         for wheel, part in enumerate(parts):
             rollers = model.body_parentid[model.geom_bodyid] == model.body(f"hub{wheel}").id
             model.geom_friction[rollers, 0] = max(FRICTION * part, 1e-3)
 
-    def set_encoders(self, *states):
-        """Make each encoder good (1), unplugged (0) or reversed (-1)."""
-        self._encoders[:] = states
-
-    def set_motors(self, *powered):
-        """Connect or disconnect each motor's current: without it the wheel rolls."""
-        self._powered[:] = powered
-
-    def set_jam(self, *held):
+    def set_jam(self, held):
         """Hold wheels fast, or let them go, n."""
         self.mujoco_model.dof_frictionloss[self._dofs] = np.where(held, JAMMED, self._frictions)
 

@@ -17,13 +17,11 @@ from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.worker import read_clocks
 from robotont_simulator import company
+from robotont_simulator import simulated_board as boards
 from robotont_simulator.faulty_port import Port
-from robotont_simulator.official_firmware import OfficialFirmware, make_simulation
-from robotont_simulator.sensors import Sensors
-from robotont_simulator.simulated_board import LONGEST_STALL, Pace, SimulatedBoard, configuration
+from robotont_simulator.sensors import Sensors, WorldMap
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World, read_world
-from robotont_simulator.world_map import WorldMap
 
 IMU_RATE = 250.0    # [Hz] readings of gyro and accelerometer
 PARAMETERS = (
@@ -50,16 +48,13 @@ class SimulatorNode:
             world, others = company.shared(find_world(parameters["world"]), parameters["robots"],
                                            rospy.get_namespace())
             self._map = WorldMap(world, parameters["odom_frame"]) if parameters["odom_frame"] else None
-            self._port = port = Port(parameters["port"], parameters["seed"])
             if packets in BOARDS:
-                port.spoil_commands = False  # one corrupted field can kill the official firmware
-                simulation = make_simulation(packets, wheels, world, parameters["seed"], IMU_RATE)
-                self._board = OfficialFirmware(packets, simulation, port, self._on_tick)
+                simulation = boards.make_simulation(packets, wheels, world, parameters["seed"], IMU_RATE)
             else:
                 simulation = Simulation(wheels, world, parameters["seed"], IMU_RATE)
-                configuration(wheels, *simulation.inertia)  # refuses what the firmware cannot drive
-                self._board = SimulatedBoard(simulation, port, self._on_tick,
-                                             Pace(1.0 / wheels.pid_frequency, LONGEST_STALL))
+                boards.configuration(wheels, *simulation.inertia)  # refuses what the firmware cannot drive
+            # one corrupted field can kill the official firmware
+            self._port = port = Port(parameters["port"], parameters["seed"], packets not in BOARDS)
         except (OSError, ValueError) as error:
             rospy.logfatal("%s", error)
             raise SystemExit(1) from None
@@ -73,12 +68,14 @@ class SimulatorNode:
                 ("carry", Vector3, -1000, 1000, simulation.carry),  # x, y [m], z: its yaw [rad]
                 # a number per wheel
                 ("wheel_grip", Float32MultiArray, 0, 1, simulation.set_grip),  # part of the normal friction
-                ("encoders", Int8MultiArray, -1, 1, simulation.set_encoders),
-                ("motors", Int8MultiArray, 0, 1, simulation.set_motors),       # 0: gets no current
+                ("encoders", Int8MultiArray, -1, 1, functools.partial(np.copyto, simulation.encoders)),
+                ("motors", Int8MultiArray, 0, 1, functools.partial(np.copyto, simulation.powered)),  # 0: no current
                 ("jam", Int8MultiArray, 0, 1, simulation.set_jam)):            # 1: held fast
             rospy.Subscriber(f"~{name}", kind, self._on_fault, (name, lowest, highest, function))
         rospy.Subscriber("~visitor", Vector3, lambda message: self._order(simulation.put, 0, message.x, message.y))
         company.watch(others, functools.partial(self._order, simulation.put))
+        self._board = boards.OfficialFirmware(packets, simulation, port, self._on_tick) if packets in BOARDS else \
+            boards.SimulatedBoard(simulation, port, self._on_tick, wheels.pid_frequency)
         rospy.Service("~unplug", SetBool, self._on_unplug)
         rospy.Service("~brown_out", Trigger, self._on_brown_out)
         self._late_before = 0
@@ -133,11 +130,11 @@ class SimulatorNode:
         elif not all(lowest <= value <= highest for value in values):
             rospy.logwarn("~%s: found %s, allowed: %g to %g", name, values, lowest, highest)
         else:
-            self._order(function, *values)
+            self._order(function, *[values] if hasattr(message, "layout") else values)
 
     def _on_brown_out(self, _request):
         """Let the board's supply break down for half a second."""
-        if isinstance(self._board, OfficialFirmware):
+        if isinstance(self._board, boards.OfficialFirmware):
             return TriggerResponse(success=False, message="not with official firmware")
         self._order(self._board.fail)
         return TriggerResponse(success=True, message="the board restarts in half a second")

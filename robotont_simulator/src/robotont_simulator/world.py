@@ -48,12 +48,13 @@ def read_world(file):
     return World(tuple(found), tuple(map(float, start)), tuple(map(tuple, content.get("tags") or ())))
 
 
+RESOLUTION = 0.05  # [m] per pixel of a map
 HEAD = "# Written by make_map from the simulator's world"  # of a map's file
 LARGEST_MAP = 5 * 10 ** 7  # [pixels]; it takes 100 bytes a pixel to draw
 OCCUPIED, UNKNOWN, FREE = 0, 205, 254  # pixels of map_server
 
 
-def draw_map(world, resolution=0.05, margin=0.5):
+def draw_map(world, resolution=RESOLUTION, margin=0.5):
     """(image, origin) of a world as a robot maps it that goes wherever it can from the start.
 
     FREE where it can get, OCCUPIED the one cell of each wall where a laser's ray ends, UNKNOWN behind: within a solid
@@ -92,7 +93,7 @@ def draw_map(world, resolution=0.05, margin=0.5):
     return image, (float(low[0]), float(low[1]))
 
 
-def write_map(world, file, resolution=0.05):
+def write_map(world, file):
     """Write FILE.pgm and FILE.yaml for map_server; returns the YAML's path. `file`: a path without ending.
 
     Raises ValueError where one of them is there that make_map has not written: the world itself, a map of a real room.
@@ -102,12 +103,12 @@ def write_map(world, file, resolution=0.05):
     for path in (description, picture):
         if os.path.lexists(str(path)) and not known:
             raise ValueError(f"{path} is there and make_map has not written it: give the map another name")
-    image, origin = draw_map(world, resolution)
+    image, origin = draw_map(world)
     height, width = image.shape
     write_file(picture, b"P5\n%d %d\n255\n" % (width, height) + image.tobytes())
     write_file(description, (
         f"{HEAD}; do not edit.\n"
-        f"image: {picture.name}\nresolution: {resolution}   # [m] per pixel\n"
+        f"image: {picture.name}\nresolution: {RESOLUTION}   # [m] per pixel\n"
         f"origin: [{origin[0]:.3f}, {origin[1]:.3f}, 0.0]   # [m, m, rad] lower left corner\n"
         "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196   # so that grey, 205, is unknown\n"))
     return description

@@ -13,11 +13,17 @@ def parameter_faults(robot):
     """List of what is wrong with the parameters in a `Robot`'s driver.yaml, a line for each."""
     from robotont_driver.nodes import driver_node, odom_node, serial_com_node  # half a second that a launch has not
 
+    def of_wheels(parameters):
+        serial_com_node.check_protocol(robot.wheels, parameters["packets"])
+
+    def of_joints(parameters):
+        odom_node.joint_names(parameters["joint_names"], robot.wheels.amount)
+
     faults = []
-    for module in (driver_node, odom_node, serial_com_node):
+    for module, check in ((driver_node, bool), (odom_node, of_joints), (serial_com_node, of_wheels)):
         node = module.__name__.rpartition(".")[2]
         try:
-            read_parameters(module.PARAMETERS, robot.parameters.get(node, {}))
+            check(read_parameters(module.PARAMETERS, robot.parameters.get(node, {})))
         except ParameterError as error:
             faults += [f"{robot.folder / PARAMETERS}: {node}: {words}" for words in error.faults]
     return faults

@@ -114,10 +114,10 @@ class Report:
         self.text("ros/graph.yaml", yaml.safe_dump({kind: dict(map(tuple, pairs)) for kind, pairs in kinds}))
         self.text("ros/parameters.yaml", yaml.safe_dump(own_parameters(parameters)))
 
-    def logs(self, folder):
+    def logs(self, *folders):
         """The ends of the newest log files of own nodes."""
         own = re.compile(rf"(?:\w+-)*(?:{'|'.join(OWN)})-\d+(?:-stdout)?\.log(?:\.\d+)?")
-        files = [path for path in Path(folder).rglob("*")
+        files = [path for folder in set(folders) for path in Path(folder).rglob("*")
                  if own.fullmatch(path.name) and path.is_file() and not path.is_symlink()]
         for path in sorted(files, key=lambda path: path.stat().st_mtime)[-LOG_FILES:]:
             try:
@@ -203,7 +203,7 @@ def main():
     with tempfile.TemporaryDirectory(prefix="robotont_report_") as folder:
         report = Report(folder)
         for part, *arguments in ((report.versions,), (report.commands,), (report.graph,),
-                                 (report.logs, rospkg.get_log_dir()), (report.black_box, options.black_box)):
+                                 (report.logs, rospkg.get_log_dir(), os.path.expanduser("~/.ros/log")), (report.black_box, options.black_box)):
             try:
                 part(*arguments)
             except Exception as error:  # whatever is wrong on this machine, the rest is wanted all the more

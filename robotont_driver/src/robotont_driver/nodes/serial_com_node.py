@@ -35,6 +35,18 @@ PARAMETERS = (
 )
 
 
+def check_protocol(wheels, packets):
+    """Raise ParameterError where no board that speaks a protocol can have these wheels."""
+    edges = counts_in_reach(wheels)
+    if edges > LARGEST_REACH:
+        raise ParameterError(["encoderEdgesPerMotorRevolution and pidControlFrequency: found "
+                              f"{edges} edges in one PID period, allowed: up to {LARGEST_REACH}"])
+    try:
+        Connection(wheels, packets)
+    except ProtocolError as error:
+        raise ParameterError([f"~packets is {packets}, but its board cannot have these wheels: {error}"]) from None
+
+
 class SerialComNode:
     """Carries packets between the topics and the board, in the board's protocol, and reports errors on the line.
 
@@ -43,16 +55,8 @@ class SerialComNode:
 
     def __init__(self, name, wheels, parameters, topic):
         self._port = parameters["port"]
-        edges = counts_in_reach(wheels)
-        if edges > LARGEST_REACH:
-            raise ParameterError(["encoderEdgesPerMotorRevolution and pidControlFrequency: found "
-                                  f"{edges} edges in one PID period, allowed: up to {LARGEST_REACH}"])
         self.connect = functools.partial(Connection, wheels, parameters["packets"])
-        try:
-            self.connect()
-        except ProtocolError as error:
-            raise ParameterError([f"~packets is {parameters['packets']}, but its board cannot have these wheels: "
-                                  f"{error}"]) from None
+        check_protocol(wheels, parameters["packets"])
         battery = Battery(read_pack(rospy.get_param("battery", None)))
         self._refused = 0  # malformed messages on serial_write
         self._publish = topic("serial_read").advertise()

@@ -53,8 +53,8 @@ def limit_acceleration(previous, wanted, elapsed, limits):
     begins at what needs less: the same motion as the robot sees it, or the same over ground, seen by a robot that has
     turned meanwhile. Both accelerations share the wheels' torque: the root of the sum of their squared parts counts.
     """
-    if previous == wanted:
-        return wanted
+    if previous == wanted or not any(limits[3:]):
+        return tuple(wanted)
     ground = _turned(previous, previous[2] * elapsed)
     x, y = min(previous[:2], ground, key=lambda start: math.hypot(wanted[0] - start[0], wanted[1] - start[1]))
     change = (wanted[0] - x, wanted[1] - y, wanted[2] - previous[2])

@@ -27,7 +27,8 @@ from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
 
 GYRO_BIAS_DRIFT = 7e-5   # [rad/s] how far a gyro's bias walks in 1 s, growing with the square root of the time
 GYRO_SCALE_NOISE, GYRO_SCALE_NOISE_CALIBRATED = 0.01, 3e-4  # [rad/s] at 1 rad/s; docs/odometry.md
-FLAT = 1e-6  # variance of z, roll and pitch (and their rates): a robot on the floor has none; filters like no zeros
+# Rows of z, roll and pitch (and their rates): a robot on the floor has no variance there; filters like no zeros.
+FLAT = (0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-6, 0.0)
 RECENTLY = 10 * SECOND  # [ns] for which the diagnostics warn that the clock was set
 
 PARAMETERS = (
@@ -170,7 +171,8 @@ class OdometryMessages:
         self._stamp = rospy.Time()  # of all three messages
         for message in (self._odom, self._transform, self._joints):
             message.header.stamp = self._stamp
-        self._transforms = DroppingPublisher("/tf", TFMessage) if parameters["publish_tf"] else None
+        self._transforms = TFMessage([self._transform])
+        self._tf_publisher = DroppingPublisher("/tf", TFMessage) if parameters["publish_tf"] else None
         self._odom_publisher = DroppingPublisher("odom", Odometry)
         self._joint_publisher = DroppingPublisher("joint_states", JointState)
 
@@ -187,8 +189,8 @@ class OdometryMessages:
         odom.pose.covariance = planar(covariance)
         odom.twist.covariance = planar(odometry.twist_covariance)
         self._odom_publisher.publish(odom)
-        if self._transforms:
-            self._transforms.publish(TFMessage([self._transform]))
+        if self._tf_publisher:
+            self._tf_publisher.publish(self._transforms)
         joints.position = odometry.wheel_angles
         joints.velocity = odometry.wheel_rates
         self._joint_publisher.publish(joints)
@@ -205,8 +207,7 @@ def joint_names(given, wheels):
 def planar(covariance):
     """The 36 numbers of a message (x, y, z, roll, pitch, yaw; row by row) for a Covariance."""
     xx, xy, xa, yy, ya, aa = covariance
-    return [xx, xy, 0.0, 0.0, 0.0, xa, xy, yy, 0.0, 0.0, 0.0, ya, 0.0, 0.0, FLAT, 0.0, 0.0, 0.0,
-            0.0, 0.0, 0.0, FLAT, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, FLAT, 0.0, xa, ya, 0.0, 0.0, 0.0, aa]
+    return [xx, xy, 0.0, 0.0, 0.0, xa, xy, yy, 0.0, 0.0, 0.0, ya, *FLAT, xa, ya, 0.0, 0.0, 0.0, aa]
 
 
 def main():

@@ -270,7 +270,7 @@ class Gyro:
         x, y, yaw = gain = [(own + read) / whole for own, read in (
             (covariance.xa, readings.xa), (covariance.ya, readings.ya), (covariance.aa, readings.aa))]
         if seconds < 2 * period:  # what comes late is made good, but no covariance of the past
-            left = (1.0, 0.0, -x), (0.0, 1.0, -y), (0.0, 0.0, 1.0 - yaw)
-            covariance = covariance.propagated(left).plus(Covariance.of_vector(gain).times(self._noise * seconds))
+            left = covariance.propagated((1.0, 0.0, -x), (0.0, 1.0, -y), 1.0 - yaw)
+            covariance = left.plus(Covariance.of_vector(gain).times(self._noise * seconds))
         lasting = [seconds * part for part in gain], [turn * part for part in gain]
         return tuple(own + part * beyond for own, part in zip(step, gain)), covariance, lasting

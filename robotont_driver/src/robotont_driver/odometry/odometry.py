@@ -52,16 +52,15 @@ class Covariance(NamedTuple):
             xx - 2 * y * xa + y * y * aa, xy + x * xa - y * (ya + x * aa), xa - y * aa,
             yy + 2 * x * ya + x * x * aa, ya + x * aa, aa)
 
-    def propagated(self, jacobian):
-        """J P J' of a 3 x 3 Jacobian J, given by rows."""
+    def propagated(self, x_row, y_row, turn=1.0):
+        """J P J' of a 3 x 3 Jacobian J whose last row is (0, 0, turn): yaw depends on yaw alone."""
         xx, xy, xa, yy, ya, aa = self
-        (a, b, c), (d, e, f), (g, h, i) = jacobian
+        (a, b, c), (d, e, f) = x_row, y_row
         x1, y1, a1 = a * xx + b * xy + c * xa, a * xy + b * yy + c * ya, a * xa + b * ya + c * aa  # rows of J P
-        x2, y2, a2 = d * xx + e * xy + f * xa, d * xy + e * yy + f * ya, d * xa + e * ya + f * aa
-        x3, y3, a3 = g * xx + h * xy + i * xa, g * xy + h * yy + i * ya, g * xa + h * ya + i * aa
+        a2 = d * xa + e * ya + f * aa
         return Covariance(
-            x1 * a + y1 * b + a1 * c, x1 * d + y1 * e + a1 * f, x1 * g + y1 * h + a1 * i,
-            x2 * d + y2 * e + a2 * f, x2 * g + y2 * h + a2 * i, x3 * g + y3 * h + a3 * i)
+            x1 * a + y1 * b + a1 * c, x1 * d + y1 * e + a1 * f, a1 * turn,
+            (d * xx + e * xy + f * xa) * d + (d * xy + e * yy + f * ya) * e + a2 * f, a2 * turn, aa * turn * turn)
 
 
 NONE = Covariance(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -119,11 +118,8 @@ class Pose:
         cos, sin = math.cos(self.yaw + half), math.sin(self.yaw + half)
         straight_x, straight_y = cos * dx - sin * dy, sin * dx + cos * dy
         moved_x, moved_y = chord * straight_x, chord * straight_y
-        by_step = (
-            (chord * cos, -chord * sin, slope * straight_x - moved_y / 2),
-            (chord * sin, chord * cos, slope * straight_y + moved_x / 2),
-            (0.0, 0.0, 1.0),
-        )
+        by_step = ((chord * cos, -chord * sin, slope * straight_x - moved_y / 2),
+                   (chord * sin, chord * cos, slope * straight_y + moved_x / 2))
         self.x, self.y, self.yaw = self.x + moved_x, self.y + moved_y, math.remainder(self.yaw + dyaw, 2 * math.pi)
         variance = self._steps.aa
         if lasting is not NO_LASTING or self._lasting is not NO_LASTING:
@@ -132,7 +128,7 @@ class Pose:
                 (x - moved_y * yaw + sum(map(mul, by_step[0], own)), y + moved_x * yaw + sum(map(mul, by_step[1], own)),
                  yaw + own[2]) for (x, y, yaw), own in zip(self._lasting, lasting)]
         self._bent = self._bent[0] + variance / 2 * moved_x, self._bent[1] + variance / 2 * moved_y
-        self._steps = self._steps.carried(moved_x, moved_y).plus(step_covariance.propagated(by_step))
+        self._steps = self._steps.carried(moved_x, moved_y).plus(step_covariance.propagated(*by_step))
 
     def settle(self):
         """The errors that lasted so far say nothing of those to come: the gyro's bias is learnt anew."""
@@ -180,7 +176,7 @@ class WheelOdometry:
         """Covariance of the pose: accumulated on the way, plus the quantisation of the newest reading."""
         cos, sin = math.cos(self.pose.yaw), math.sin(self.pose.yaw)
         end = self._end_covariance.plus(self._pending) if self._gyro else self._end_covariance
-        return self.pose.covariance.plus(end.propagated(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0))))
+        return self.pose.covariance.plus(end.propagated((cos, -sin, 0.0), (sin, cos, 0.0)))
 
     def update(self, counts, elapsed, stamp=0, slips=None):
         """Take one packet, n counts or speeds [edges per PID period], `elapsed` [s] after the one before.

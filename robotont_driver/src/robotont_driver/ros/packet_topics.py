@@ -19,7 +19,7 @@ class PacketTopic:
     """A topic of packets between processes."""
 
     def __init__(self, name):
-        self._name = name
+        self._name, self._message = name, String()
 
     def advertise(self):
         """A function that publishes a `Packet`, which is in the sockets of those who have room when it returns."""
@@ -27,7 +27,8 @@ class PacketTopic:
         return self._publish
 
     def _publish(self, packet):
-        self._publisher.publish(String(packet.told()))
+        self._message.data = packet.told()
+        self._publisher.publish(self._message)
 
     def subscribe(self, wheels, taken, refused, queue_size=None):
         """From now on call taken(packet) for each `Packet` of `wheels` values, refused(error) for other messages.

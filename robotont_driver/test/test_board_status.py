@@ -9,7 +9,7 @@ def health(*texts):
     made = BoardHealth(3, 50.0)
     made.hear_text("identity " + WHO)
     for text in texts:
-        made.hear_packet(BoardStatus.parse(text, 3))
+        made.hear_status(BoardStatus.parse(text, 3))
     return made
 
 
@@ -27,7 +27,7 @@ def health(*texts):
 def test_each_fault_and_each_complaint_has_words(text, fault, warning):
     made = health(text)
     made.hear_text(WHO)
-    made.hear_packet(BoardStatus.parse(text, 3))
+    made.hear_status(BoardStatus.parse(text, 3))
     made.report()
     errors, warnings, values = made.report()
     assert (len(errors), len(warnings)) == (bool(fault), bool(warning))
@@ -41,15 +41,15 @@ def test_each_fault_and_each_complaint_has_words(text, fault, warning):
 
 def test_voltage_and_load():
     made = BoardHealth(3, 50.0)
-    made.hear_packet(BoardStatus.parse("0400000004D231", 3))
+    made.hear_status(BoardStatus.parse("0400000004D231", 3))
     _, warnings, values = made.report()
     assert "the battery is low (12.3 V): charge it" in warnings
     assert (values["battery [V]"], values["load of the board [% of a period]"]) == ("12.34", 49)
-    made.hear_packet(BoardStatus.parse("0000000004D25B", 3))
+    made.hear_status(BoardStatus.parse("0000000004D25B", 3))
     assert "takes 91 % of a period" in made.report()[1][0]
     old = BoardStatus.parse("000000000", 3)
     assert (old.voltage, old.load) == (0, 0)
-    made.hear_packet(old)
+    made.hear_status(old)
     assert "battery [V]" not in made.report()[2]
 
 
@@ -68,9 +68,9 @@ def test_a_fault_is_reported_once_although_it_is_over():
     assert errors == []
     assert "the board reports: wheel 0: no counts" in warnings[0]
     assert made.report()[:2] == ([], [])
-    made.hear_packet(BoardStatus.parse("020000200", 3))
+    made.hear_status(BoardStatus.parse("020000200", 3))
     assert made.report()[:2] == ([made.fault], [])
-    made.hear_packet(BoardStatus.parse("000000000", 3))
+    made.hear_status(BoardStatus.parse("000000000", 3))
     assert made.report()[:2] == ([], []), "it was seen while it stood"
 
 

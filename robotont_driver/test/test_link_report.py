@@ -33,19 +33,19 @@ def a_second(report, line, clock, sender, heard=1):
 
 
 def test_lost_lines_are_told_and_a_port_that_is_opened_again_is_judged_afresh(monkeypatch):
-    clock, line, sender, refused = [100.0], link(), Sender(), [0]
+    clock, line, sender, written = [100.0], link(), Sender(), types.SimpleNamespace(refused=0)
     monkeypatch.setattr(link_report, "time", types.SimpleNamespace(monotonic=lambda: clock[0]))
-    report = link_report.LinkReport(line, lambda: refused[0], Battery(None))
+    report = link_report.LinkReport(line, written, Battery(None))
     a_second(report, line, clock, sender)
     assert a_second(report, line, clock, sender) == (OK, "50 packets/s, checked")
     level, words = a_second(report, line, clock, sender, heard=10)
     assert (level, words) == (WARN, "88% of the board's lines are lost: check cable and baudrate")
     a_second(report, line, clock, sender)
     line.connection.feed(b"noise\n" * 42, clock[0])
-    refused[0] = 7  # messages on serial_write, which are no lines of the board
+    written.refused = 7  # messages on serial_write, which are no lines of the board
     assert report.report_link()[:2] == (WARN, "42 lines dropped since the last report: check cable and baudrate")
     a_second(report, line, clock, sender)
-    refused[0] = 9
+    written.refused = 9
     assert a_second(report, line, clock, sender) == (WARN, "2 messages on serial_write were no packets")
     for _ in range(3):
         line.connection = Connection(read_wheels(SHIPPED), "checked", now=clock[0])

@@ -1,9 +1,12 @@
 import contextlib
+import itertools
 import os
 import pty
+import re
 import resource
 import shutil
 import subprocess
+import threading
 import time
 
 import pytest
@@ -76,6 +79,39 @@ def test_a_full_line_blocks_nobody_and_the_newest_command_goes_first(port):
     assert len(numbers) < 5000
     os.close(slave)
     os.close(master)
+
+
+def test_commands_of_other_threads_while_the_port_comes_and_goes(port):
+    """Whole lines in their order, none into what is opened next, and a stop behind them all."""
+    numbers, ended = itertools.count(1), threading.Event()
+
+    def drive():
+        while not ended.is_set():
+            end.link.send(Packet((next(numbers), 1, 1)))
+            time.sleep(0.001)
+    with Board(port, checked=False) as board, Ends(port) as end:
+        driver = threading.Thread(target=drive)
+        driver.start()
+        try:
+            for opened in range(1, 11):
+                told = len(board.heard)
+                wait_for(lambda told=told: len(board.heard) > told + 5, "commands")
+                board.unplug()
+                wait_for(lambda: end.link.trouble, "the loss")
+                board.plug()
+                wait_for(lambda opened=opened: end.link.opened > opened, "the next opening")
+            told = len(board.heard)
+            wait_for(lambda: len(board.heard) > told, "commands at the end")
+            end.link.close()
+        finally:
+            ended.set()
+            driver.join()
+        wait_for(lambda: heard(board)[-1] == "0:0:0;", "the stop")
+    assert not end.failures
+    lines = [re.fullmatch(r"(\d+):1:1;", line) for line in heard(board) if line != "0:0:0;"]
+    assert all(lines), heard(board)
+    order = [int(line.group(1)) for line in lines]
+    assert order == sorted(set(order))
 
 
 def test_silence_sends_stops_until_a_command_comes(port):

@@ -160,7 +160,10 @@ class SerialLink:
                     self._call("on_packet", packet)
 
     def _write(self, port, connection, now):
-        """Write what waits, and the stop in its place when the newest command is too old; [s] to rest."""
+        """Write what waits, and the stop in its place when the newest command is too old.
+
+        Returns the time [s] until something has to be done although nothing comes.
+        """
         if self._failure:
             raise self._failure
         if now >= self._deadline:
@@ -169,7 +172,8 @@ class SerialLink:
             self.timeouts += bool(stop)
             self._outbox.put(stop)
         self._outbox.write(port, time.monotonic)
-        return self._time_to_rest(now)
+        left = min(max(0.0, self._deadline - now), self._tick_period)
+        return min(left, self._outbox.wait(now) or FULL_LINE) if self._outbox else left
 
     def _feed(self, port, connection, line):
         """List of `Packet` that a line completes; a board that is known by it is greeted before it gets a command."""
@@ -181,11 +185,6 @@ class SerialLink:
                 self._outbox.put(connection.protocol.hello)
                 self._outbox.write(port, time.monotonic)
         return packets
-
-    def _time_to_rest(self, now):
-        """[s] until something has to be done although nothing comes."""
-        left = min(max(0.0, self._deadline - now), self._tick_period)
-        return min(left, self._outbox.wait(now) or FULL_LINE) if self._outbox else left
 
     def _say_goodbye(self, port, connection):
         """Write a stop twice, for a line may be spoilt, as far as the port takes it in time."""

@@ -85,22 +85,17 @@ class OdomNode:
         self._lock = threading.Lock()
         self._arrived = None  # [ns] newest packet, on the steady clock
         self._packets = 0
-        self._refused = 0  # malformed messages on serial_read
         self._rate = Rate(time.monotonic())
         self._messages = OdometryMessages(parameters, wheels.amount)
         rospy.Service("reset_odometry", Trigger, self._on_reset)
         rospy.Service("odom_reset", Empty, lambda _: self._on_reset(_) and EmptyResponse())  # the makers' name for it
-        # no queue_size: every packet counts
-        topic("serial_read").subscribe(wheels.amount, self._on_packet, self._on_refused)
+        self._read = topic("serial_read")
+        self._read.subscribe(wheels.amount, self._on_packet)  # no queue_size: every packet counts
         subjects = {"wheel feedback": self._report, "stamps": self._report_stamps}
         if self._gyro:
             self._imu = ImuInput(parameters["imu"], parameters["base_frame"], self._gyro, self._lock)
             subjects["gyro"] = self._imu.report
         Health(robot_name(), subjects, name)
-
-    def _on_refused(self, error):
-        self._refused += 1
-        rospy.logwarn_throttle(10.0, f"serial_read refused: {error}")
 
     def _on_packet(self, packet):
         with self._lock:
@@ -129,7 +124,7 @@ class OdomNode:
             values = {
                 "packets per second": f"{rate:.1f}",
                 "packets": self._packets,
-                "packets refused": self._refused,
+                "packets refused": self._read.refused,
                 "went on from an earlier pose": "no" if gap is None else f"after {gap:.1f} s without odometry",
             }
             if search:

@@ -1,7 +1,6 @@
 """The ROS side of serial_com_node: serial_write to the port, the port to serial_read."""
 
 import functools
-import traceback
 
 import rospy
 from std_msgs.msg import Float64
@@ -17,6 +16,7 @@ from robotont_driver.ros.diagnostics import Health
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.link_report import LinkReport
 from robotont_driver.ros.packet_topics import PacketTopic
+from robotont_driver.ros.worker import log_fault
 
 LARGEST_REACH = 0x7FFF  # [edges] what the 16 bits of a packet's totals can represent
 
@@ -58,7 +58,6 @@ class SerialComNode:
         self.connect = functools.partial(Connection, wheels, parameters["packets"])
         check_protocol(wheels, parameters["packets"])
         battery = Battery(read_pack(rospy.get_param("battery", None)))
-        self._refused = 0  # malformed messages on serial_write
         self._publish = topic("serial_read").advertise()
         self._limit = rospy.Publisher("board_wheel_limit", Float64, queue_size=1, latch=True)
         self._link = SerialLink(self._port, parameters["baudrate"], self, parameters["write_timeout"])
@@ -66,13 +65,10 @@ class SerialComNode:
                                       self._on_light)
         self._link.start()
         rospy.on_shutdown(self._link.close)
-        topic("serial_write").subscribe(wheels.amount, self._on_write, self._on_refused, queue_size=1)
-        report = LinkReport(self._link, lambda: self._refused, battery)
+        written = topic("serial_write")
+        written.subscribe(wheels.amount, self._on_write, queue_size=1)
+        report = LinkReport(self._link, written, battery)
         Health(self._port, {"link": report.report_link, "board": report.report_board}, name)
-
-    def _on_refused(self, error):
-        self._refused += 1
-        rospy.logwarn_throttle(10.0, f"serial_write refused: {error}")
 
     def _on_write(self, command):
         self._link.send(command)
@@ -94,11 +90,7 @@ class SerialComNode:
         for line in protocol.encode_lights(first, colours) if protocol else ():
             self._link.add(line)
 
-    def on_failure(self, error):
-        """An exception in the link's thread: a fault of this program."""
-        if not rospy.is_shutdown():
-            lines = "".join(traceback.format_exception(type(error), error, error.__traceback__))
-            rospy.logerr_throttle(10.0, "a fault of serial_com_node itself; please report it: %s", lines)
+    on_failure = staticmethod(log_fault)
 
     def on_protocol(self, protocol):
         """The board's protocol is known."""

@@ -136,10 +136,9 @@ class BoardHealth:
         """Whether the board is able to identify itself and has not done so yet."""
         return self.identity is None and (self.status is not None or self.foreign)
 
-    def hear_packet(self, status):
-        """A packet of this robot's board, with its BoardStatus; None from firmware before 2.0."""
-        self.foreign = False
-        if status is not self.status and status is not None:
+    def hear_status(self, status):
+        """Another BoardStatus than before came in a packet; None from firmware before 2.0."""
+        if status is not None:
             if self.status is not None:
                 self._counted = [count + (new - old) % 256 for count, new, old in zip(
                     self._counted, status[1:3], self.status[1:3])]

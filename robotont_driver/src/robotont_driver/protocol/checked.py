@@ -116,7 +116,9 @@ class Checked(Protocol):
         except ForeignPacketError:
             self.health.foreign = True  # it is asked for its identity, which has the number
             raise
-        self.health.hear_packet(packet.status)
+        self.health.foreign = False
+        if packet.status is not self.health.status:
+            self.health.hear_status(packet.status)
         if packet.status and packet.status.voltage and now >= self._measured + BATTERY_PERIOD:
             self._measured = now
             self.readings.append(Power(packet.status.voltage, math.nan))

@@ -15,11 +15,11 @@ LOST = 0.1  # part of the periods whose lines may be lost without a warning
 class LinkReport:
     """Tasks for `Health`. link: `SerialLink`, whose `connection` has all that is told of a board since it was opened.
 
-    refused(): how many messages on serial_write were no packets.
+    written: the topic serial_write.
     """
 
-    def __init__(self, link, refused, battery):
-        self._link, self._refused, self._battery = link, refused, battery
+    def __init__(self, link, written, battery):
+        self._link, self._written, self._battery = link, written, battery
         self._connection, self._rate = None, Rate(0.0)
         self._seen = NONE  # lines dropped, packets, repaired ones, restarts and doubts up to the last report
         self._told = 0     # messages refused, likewise
@@ -30,7 +30,7 @@ class LinkReport:
         if connection is not self._connection:
             self._connection, self._rate, self._seen = connection, Rate(connection.opened), NONE
         protocol = connection and connection.protocol
-        refused = self._refused()
+        refused = self._written.refused
         dropped = dict(protocol.dropped) if protocol else {}
         packets, repaired, restarts, doubts = (
             protocol.packets, protocol.repaired, protocol.restarts, protocol.doubts) if protocol else NONE[1:]

@@ -16,10 +16,10 @@ BURST = 200  # copies that may wait for a slow listener; then the oldest are dro
 
 
 class PacketTopic:
-    """A topic of packets between processes."""
+    """A topic of packets between processes. `refused`: how many messages were none."""
 
     def __init__(self, name):
-        self._name, self._message = name, String()
+        self._name, self._message, self.refused = name, String(), 0
 
     def advertise(self):
         """A function that publishes a `Packet`, which is in the sockets of those who have room when it returns."""
@@ -30,8 +30,8 @@ class PacketTopic:
         self._message.data = packet.told()
         self._publisher.publish(self._message)
 
-    def subscribe(self, wheels, taken, refused, queue_size=None):
-        """From now on call taken(packet) for each `Packet` of `wheels` values, refused(error) for other messages.
+    def subscribe(self, wheels, taken, queue_size=None):
+        """From now on call taken(packet) for each `Packet` of `wheels` values; other messages are refused.
 
         Of more than `queue_size` waiting messages the oldest are dropped; None: every one is kept.
         """
@@ -39,7 +39,8 @@ class PacketTopic:
             try:
                 packet = parse_packet(message.data, wheels)
             except PacketError as error:
-                refused(error)
+                self.refused += 1
+                rospy.logwarn_throttle(10.0, f"{self._name} refused: {error}")
             else:
                 taken(packet)
         rospy.Subscriber(self._name, String, deliver, queue_size=queue_size, tcp_nodelay=True)
@@ -50,6 +51,8 @@ class SharedPacketTopic:
 
     Other processes get copies; packets that they publish are not taken.
     """
+
+    refused = 0
 
     def __init__(self, name):
         self._name = name
@@ -70,6 +73,6 @@ class SharedPacketTopic:
         if self._publisher.get_num_connections():
             self._publisher.publish(packet.told())
 
-    def subscribe(self, _wheels, taken, *_, **__):
+    def subscribe(self, _wheels, taken, queue_size=None):
         """From now on call taken(packet) for each `Packet`."""
         self._subscribers = (*self._subscribers, taken)

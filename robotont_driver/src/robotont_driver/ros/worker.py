@@ -43,7 +43,12 @@ class Worker(threading.Thread):
         try:
             return self._work()
         except Exception as error:
-            if not rospy.core.is_shutdown_requested():  # rospy closes topics before `is_shutdown` says so
-                rospy.logerr_throttle(10.0, "a fault of this program; please report it: %s", "".join(
-                    traceback.format_exception(type(error), error, error.__traceback__)))
+            log_fault(error)
             return AFTER_FAULT
+
+
+def log_fault(error):
+    """Log an exception that only a fault of this program can have caused."""
+    if not rospy.core.is_shutdown_requested():  # rospy closes topics before `is_shutdown` says so
+        rospy.logerr_throttle(10.0, "a fault of this program; please report it: %s", "".join(
+            traceback.format_exception(type(error), error, error.__traceback__)))

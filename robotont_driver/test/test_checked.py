@@ -125,13 +125,13 @@ def test_the_battery_of_our_own_board_is_a_reading_once_a_second():
 
 def test_an_unknown_board_is_asked_and_gets_only_the_zeros_that_are_commanded():
     checked = Reader()
-    assert checked.encode(COMMAND) == b"", "nothing has come"
+    assert (checked.encode(COMMAND), checked.drives) == (b"", False), "nothing has come"
     assert checked.encode(ZEROS) == checked.stop() == STANDS
     checked.feed(Sender().packet())
-    assert checked.encode(COMMAND) == DRIVES, "firmware before 2.0"
+    assert (checked.encode(COMMAND), checked.drives) == (DRIVES, True), "firmware before 2.0"
     checked = Reader()
     checked.feed(resting("000000000"))
-    assert checked.encode(COMMAND) == QUESTION
+    assert (checked.encode(COMMAND), checked.drives) == (QUESTION, False)
     assert checked.encode(ZEROS) == QUESTION + STANDS
     checked.feed(sealed("identity " + identity()))
     assert checked.encode(COMMAND) == DRIVES

@@ -81,6 +81,19 @@ def test_a_full_line_blocks_nobody_and_the_newest_command_goes_first(port):
     os.close(master)
 
 
+def test_what_the_board_was_not_given_is_not_told(port):
+    """A motion told, of which the board got a stop, made odom_node blame healthy wheels."""
+    with Board(port, checked=False) as board, Ends(port) as end:
+        wait_for(lambda: end.packets, "packets")
+        end.connections[-1].protocol.obstacle = "another robot's board"
+        end.link.send(Packet((10, 10, 10)))
+        wait_for(lambda: heard(board) == ["0:0:0;"], "the stop in its place")
+        assert end.link.commanded is None
+        end.connections[-1].protocol.obstacle = ""
+        end.link.send(Packet((20, 20, 20)))
+        assert end.link.commanded == (20, 20, 20)
+
+
 def test_commands_of_other_threads_while_the_port_comes_and_goes(port):
     """Whole lines in their order, none into what is opened next, and a stop behind them all."""
     numbers, ended = itertools.count(1), threading.Event()

@@ -40,7 +40,7 @@ class SerialLink:
         self._lock = threading.Lock()  # of the following six, and of the connection
         self._port = None       # file descriptor of the open port
         self._outbox = Outbox()
-        self.commanded = None   # the newest `Packet`, until it is too old
+        self.commanded = None   # the newest `Packet` that the board was to follow, until it is too old
         self._deadline = 0.0    # [s] ... as it is then: when to send a stop packet
         self._failure = None    # an exception, which the thread raises
         self._closing = False
@@ -75,10 +75,11 @@ class SerialLink:
             if self._port is None:
                 self.unsent += 1
                 return
-            self.commanded, self._deadline = packet, now + self._write_timeout
+            self.commanded, self._deadline = None, now + self._write_timeout
             if not self._closing:
                 try:
                     self._outbox.put(self.connection.encode(packet, now))
+                    self.commanded = packet if self.connection.drives else None
                     self._outbox.write(self._port, time.monotonic)
                 except Exception as error:
                     self._failure = error

@@ -102,6 +102,7 @@ class Checked(Protocol):
     restarts = property(lambda self: self._lost.restarts)
     doubts = property(lambda self: self._lost.doubts)
     obstacle = property(lambda self: self.health.obstacle)
+    drives = property(lambda self: bool(self.packets) and not self.health.wants_identity)
     tells_rate = property(lambda self: self.health.identity is not None)
 
     def read_line(self, text, now):

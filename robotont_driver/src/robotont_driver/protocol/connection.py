@@ -191,6 +191,11 @@ class Connection:
             self._refusal = ""
         return True
 
+    @property
+    def drives(self):
+        """Whether a known board gets commands as they are, and no stops in their place."""
+        return self.protocol is not None and self.protocol.drives and not self.obstacle
+
     def encode(self, command, now):
         """Bytes for a command, a `Packet`; empty while nothing may be sent."""
         if self.protocol:

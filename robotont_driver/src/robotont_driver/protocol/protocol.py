@@ -91,6 +91,7 @@ class Protocol:
     doubts = 0      # gaps in which the board may have restarted
     newest_error = ""  # description of the newest line that was not used
     banner = ""     # newest start-up banner of the board
+    drives = True   # whether it passes commands on, if nothing is in their way
     tells_rate = False  # whether the board has said at which rate it controls
     obstacle = ""   # why the board must not be driven
     complaint = ""  # a warning about a board that is driven nevertheless

@@ -64,8 +64,9 @@ class SerialComNodeTest(NodeTest):
         self.command("10.25:-3.00:0.00;\n")
         self.assertRegex(self.heard()[-1], r"^10\.25:-3\.00:0\.00;[0-9A-F]{4}$")
         wait_for(lambda: (10, -3, 0) in self.packets(), "the counts")
-        form = re.compile(r"[0-9:-]+;[0-9]+(;[0-9:.-]+;)?\n")
-        self.assertTrue(all(form.fullmatch(message.data) for message in list(self.read)))
+        told = [re.fullmatch(r"[0-9:-]+;[0-9]+(?:\n|;([0-9.:-]+);\n)", message.data) for message in list(self.read)]
+        self.assertTrue(all(told))
+        self.assertIn("10.25:-3.00:0.00", [match.group(1) for match in told])
         self.wait_for_status(TASK, OK, "packets/s")
         self.assertEqual(self.values(TASK)["packets"], "checked")
         heard = len(self.heard())

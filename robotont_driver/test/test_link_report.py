@@ -64,7 +64,7 @@ def test_a_board_that_is_not_driven_is_no_silent_one(packets, noise, words, monk
     clock, line = [100.0], link()
     monkeypatch.setattr(link_report, "time", types.SimpleNamespace(monotonic=lambda: clock[0]))
     line.connection = Connection(read_wheels(SHIPPED), packets, now=clock[0])
-    report = link_report.LinkReport(line, lambda: 0, Battery(None))
+    report = link_report.LinkReport(line, types.SimpleNamespace(refused=0), Battery(None))
     for _ in range(3):
         line.connection.feed(noise, clock[0])
         level, said = report.report_link()[:2]
@@ -76,7 +76,7 @@ def test_packets_of_the_first_tenths_of_a_second_are_packets(monkeypatch):
     clock, line, sender = [100.0], link(), Sender()
     monkeypatch.setattr(link_report, "time", types.SimpleNamespace(monotonic=lambda: clock[0]))
     line.connection = Connection(read_wheels(SHIPPED), "checked", now=clock[0])
-    report = link_report.LinkReport(line, lambda: 0, Battery(None))
+    report = link_report.LinkReport(line, types.SimpleNamespace(refused=0), Battery(None))
     for _ in range(20):
         clock[0] += 0.02
         line.connection.feed(b"1:2:3;\n" + sender.packet(), clock[0])

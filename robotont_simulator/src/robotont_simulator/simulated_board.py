@@ -5,6 +5,8 @@ import math
 import time
 import types
 
+import numpy as np
+
 from robotont_boards import BOARDS, POSITIONS
 from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_firmware import config, robot_numbers
@@ -48,10 +50,8 @@ def configuration(wheels, mass, inertia):
 
 def is_even(wheels):
     """Whether the wheels follow each other at even angles in the direction in which they turn the robot."""
-    after = [*wheels.directions[1:], wheels.directions[0]]
-    steps = [math.sin(one - other) * math.copysign(1, sum(wheels.levers))
-             for one, other in zip(after, wheels.directions)]
-    return max(steps) - min(steps) <= EVEN and sum(steps) > 0
+    steps = np.sin(np.diff([*wheels.directions, wheels.directions[0]])) * np.sign(sum(wheels.levers))
+    return np.ptp(steps) <= EVEN and steps.sum() > 0
 
 
 class Pace:

@@ -97,7 +97,10 @@ class SimulatorNode:
     def _on_tick(self):
         """Between two periods: carry out orders, publish; whether to go on."""
         while self._orders:
-            self._orders.popleft()()
+            try:
+                self._orders.popleft()()
+            except ValueError as error:  # of a port that cannot be plugged in
+                rospy.logerr("not done: %s", error)
         if self._board.dead:
             rospy.logerr_throttle(10.0, "the board is dead: %s", self._board.dead)
         # when the newest period was over, which is a little before now; where time is simulated, now
@@ -110,14 +113,8 @@ class SimulatorNode:
         self._orders.append(functools.partial(function, *arguments))
 
     def _on_unplug(self, request):
-        self._order(self._port.unplug if request.data else self._plug)
+        self._order(self._port.unplug if request.data else self._port.plug)
         return SetBoolResponse(success=True, message="unplugged" if request.data else "plugged in")
-
-    def _plug(self):
-        try:
-            self._port.plug()
-        except ValueError as error:
-            rospy.logerr("not plugged in: %s", error)
 
     def _on_fault(self, message, order):
         """Call the function with the message's numbers between two periods, if they are in bounds."""

@@ -8,9 +8,11 @@ import signal
 import subprocess
 import sys
 
+import rospy
 import rostest
 import yaml
 from nav_msgs.msg import Odometry
+from std_msgs.msg import String
 
 from robotont_driver.kinematics.se2 import between, pose_of, wrap
 from robotont_driver.robots.robot_folder import shipped
@@ -115,7 +117,9 @@ class NightlyGuideTest(Guide):
 
     def test_what_cannot_begin_says_why(self):
         """Each in a process of its own, all at once."""
-        elsewhere = self.begin("--packets", "/serial_read", ROS_NAMESPACE="elsewhere")
+        rospy.set_param("/elsewhere", yaml.safe_load(WHEEL_PARAMS.read_text()))  # packets without a driver
+        self.listen("serial_read", String, rospy.Publisher("/elsewhere/serial_read", String, queue_size=1).publish)
+        elsewhere = self.begin("--packets", "/elsewhere/serial_read")
         cases = [("for a node that takes commands on /elsewhere/cmd_vel", elsewhere, b"\n"),
                  (f"--wheel-params {(shipped() / 'thesis').resolve() / 'wheel_params.yaml'}",
                   self.begin("--wheel-params", str(ROBOTONT2_PARAMS)), b"\n"),

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import rospy
 import yaml
 from synthetic_runs import TAPE, TRACKED, drives, recorded, true_of
 
@@ -232,6 +233,43 @@ def test_a_run_is_kept_when_its_user_quits_at_the_question(tmp_path, monkeypatch
         calibration_guide._Robot.save(robot, tmp_path / "spin.csv")
     assert (tmp_path / "spin.csv").exists()
     assert f"RUN {tmp_path / 'spin.csv'}=X,Y,YAW" in capsys.readouterr().out
+
+
+def test_the_robot_that_is_driven_is_the_one_whose_packets_are_recorded(monkeypatch):
+    topics = []
+    monkeypatch.setattr(rospy, "get_namespace", lambda: "/robot1/")
+    monkeypatch.setattr(rospy, "resolve_name", lambda name: name if name[0] == "/" else "/robot1/" + name)
+    monkeypatch.setattr(rospy, "Publisher", lambda topic, *_, **__: topics.append(rospy.resolve_name(topic)))
+    monkeypatch.setattr(rospy, "Subscriber",
+                        lambda _topic, _kind, take, *name, **_: take(SimpleNamespace(data="1:2:3;"), *name))
+    monkeypatch.setattr(rospy, "get_time", lambda: 0.0)
+    for packets in ("/robot2/serial_read", "serial_read", "/serial_read"):
+        calibration_guide._Robot(SimpleNamespace(packets=packets, truth=None), read_wheels(SHIPPED))
+    assert topics == ["/robot2/cmd_vel", "/robot1/cmd_vel", "/cmd_vel"]
+
+
+def test_a_second_session_in_a_folder_keeps_the_runs_of_the_first(tmp_path, monkeypatch, capsys):
+    """As long as their files are there."""
+    def session(answers):
+        replies = iter(answers)
+        monkeypatch.setattr("builtins.input", lambda _: next(replies))
+        robot = unittest.mock.Mock(record=lambda _: "")
+        robot.save = lambda file: file.write_text(answers) and f"={answers.count('s')},0,0"
+        monkeypatch.setattr(calibration_guide, "_Robot", lambda *_: robot)
+        made = calibration_guide.guide(SimpleNamespace(guide=str(tmp_path), side=1.0, turns=1.0, line=1.0),
+                                       read_wheels(SHIPPED))
+        return [Path(run).name for run in made], (tmp_path / "runs.txt").read_text().split("\n")[:-1]
+    monkeypatch.setattr(calibration_guide, "init_tool", lambda _: None)
+    monkeypatch.setattr(calibration_guide, "_refuse_another_robot", lambda *_: None)
+    first, kept = session("  qn")
+    assert (first, kept) == (["square.csv=0,0,0", "square_clockwise.csv=0,0,0"], [f"{tmp_path}/{run}" for run in first])
+    second, both = session("s  q")
+    assert (second, both) == (["square_clockwise_2.csv=1,0,0", "spin.csv=1,0,0"],
+                              [f"{tmp_path}/{run}" for run in first + second])
+    assert (tmp_path / "square_clockwise.csv").read_text() == "  qn"
+    (tmp_path / "square.csv").unlink()
+    assert session(" q")[1] == [*both[1:], f"{tmp_path}/square.csv=0,0,0"]
+    assert f"@{tmp_path}/runs.txt" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("counts", "rests"), [

@@ -34,6 +34,8 @@ def guide(options, wheels):
     folder.mkdir(parents=True, exist_ok=True)
     init_tool("calibrate_wheels")
     made = []
+    kept = folder / "runs.txt"  # of all sessions
+    lines = kept.read_text(encoding="utf-8").splitlines() if kept.exists() else []
     runs = calibration_drives(wheels.pid_frequency, options.side, options.turns, options.line)
     print(f"{len(runs)} runs. Before each, mark where the robot's middle stands and where it looks, e.g. with tape.")
     robot = _Robot(options, wheels)
@@ -41,7 +43,7 @@ def guide(options, wheels):
     for number, (name, what, room, twists) in enumerate(runs, 1):
         print(f"\nRun {number} of {len(runs)}: {what}. It needs {room}.")
         try:
-            run = _one_run(robot, folder / f"{name}.csv", list(twists))
+            run = _one_run(robot, _free(folder, name), list(twists))
         except KeyboardInterrupt:  # Ctrl-C at a question
             print()
             break
@@ -49,18 +51,33 @@ def guide(options, wheels):
             break
         if run != "s":
             made.append(run)
-            write_file(folder / "runs.txt", "\n".join(made) + "\n")  # now: whatever comes, this run is kept
+            lines = [line for line in lines if line.partition("=")[0] != run.partition("=")[0]] + [run]
+            write_file(kept, "\n".join(lines) + "\n")  # now: whatever comes, this run is kept
     if not made:
         raise ValueError("found no run to calibrate with")
-    print(f"\nkept: {folder}/*.csv; the same again: calibrate_wheels --wheel-params ... @{folder}/runs.txt\n")
+    print(f"\nkept: {folder}/*.csv; with all runs of this folder: calibrate_wheels --wheel-params ... @{kept}\n")
     return made
+
+
+def _free(folder, name):
+    """A file for a run; none that is there: it may be of an earlier session."""
+    file, number = folder / f"{name}.csv", 1
+    while file.exists():
+        number += 1
+        file = folder / f"{name}_{number}.csv"
+    return file
+
+
+def _namespace(options):
+    """With slashes around it, of the robot whose packets come: its wheels, and its commands, are there."""
+    return rospy.resolve_name(options.packets).rpartition("/")[0] + "/"
 
 
 def _refuse_another_robot(options, wheels):
     """Raise ValueError unless these are the wheels of the robot whose packets come."""
-    namespace = rospy.resolve_name(options.packets).rpartition("/")[0]
-    if running_wheels(namespace or "/") != wheels:
-        folder = shipped() / rospy.get_param(namespace + "/robot", "NAME")  # a path stays what it is
+    namespace = _namespace(options)
+    if running_wheels(namespace) != wheels:
+        folder = shipped() / rospy.get_param(namespace + "robot", "NAME")  # a path stays what it is
         raise ValueError(f"{options.wheel_params}: found other wheels than those of the running robot, allowed: "
                          f"--wheel-params {folder / WHEELS}")
 
@@ -104,7 +121,7 @@ class _Robot:
     def __init__(self, options, wheels):
         self._frequency = wheels.pid_frequency
         self._recording = Recording()
-        self._command = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
+        self._command = rospy.Publisher(_namespace(options) + "cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
         kinds = {"packets": (options.packets, String)}
         if options.truth:
             kind = get_topic_class(rospy.resolve_name(options.truth))[0]

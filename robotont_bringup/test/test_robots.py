@@ -1,5 +1,6 @@
 """What a launch sets replaces all that earlier ones left, whatever their robots were, on one master."""
 
+import re
 import shutil
 import sys
 import xmlrpc.client
@@ -129,6 +130,20 @@ def test_robot_launch_in_a_group_lands_in_it(namespace, space, frame, tmp_path):
     assert found.params[space + "odom_node/odom_frame"].value == frame
     own = {name for name in found.params if not name.startswith("/ros")} - {"/outer/robot_is_free"}
     assert not [name for name in own if not name.startswith(space)]
+
+
+@pytest.mark.parametrize("arguments, space", [([], "/"), (["namespace:=r1"], "/r1/")])
+def test_fleet_launch_is_of_the_robot_in_its_namespace(arguments, space):
+    found = load_config_default([(str(places.launch("fleet.launch")), [*arguments, "router:=tcp/a:1"])], None)
+    assert [node.namespace + node.name for node in found.nodes] == [space + "fleet_node"]
+    assert found.params[space + "fleet_node/router"].value == "tcp/a:1"
+
+
+def test_what_a_launch_file_wants_to_be_free_is_in_its_namespace():
+    for file in places.launch("robot.launch").parent.glob("*.launch"):
+        free = re.search(r'--free\s+([^"]*)', file.read_text())
+        assert not free or all(re.match(r"'?\$\(arg namespace\)/|\w+$", name)
+                               for name in re.findall(r"'[^']*'|(?:\$\([^)]*\)|\S)+", free[1])), file
 
 
 @pytest.mark.parametrize("namespace", ["robotont-7", "/a/7b", "röbot", "a b"])

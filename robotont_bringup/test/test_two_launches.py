@@ -4,11 +4,13 @@ import contextlib
 import os
 import signal
 import subprocess
+import sys
 
 import pytest
 from roslaunch.config import load_config_default
 from roslaunch.core import RLException
 
+from robotont_bringup import require
 from robotont_testing import places
 from robotont_testing.harness import START, Master, free_port, suspended, wait_for
 
@@ -70,6 +72,16 @@ def test_of_two_launches_at_once_one_is_refused_with_the_name_of_the_other():
         assert launches[refused].returncode == 1
         pid_of(master)
         assert launches[1 - refused].poll() is None
+
+
+@pytest.mark.parametrize("given, name", [
+    ("//driver_node", "/driver_node"), ("driver_node", "/robot2/driver_node"), ("r1/a_node", "/robot2/r1/a_node")])
+def test_the_name_that_is_to_be_free_is_that_which_roslaunch_gives_the_node(given, name, monkeypatch):
+    monkeypatch.setenv("ROS_NAMESPACE", "/robot2/")
+    monkeypatch.setattr(require, "running", lambda names, _: (names[0], "here"))
+    monkeypatch.setattr(sys, "argv", ["require", "a.launch", "--free", given])
+    with pytest.raises(SystemExit, match=f"a.launch: {name} runs already"):
+        require.main()
 
 
 @pytest.mark.parametrize("master_uri", ["", "nonsense", "http://127.0.0.1:{port}", "https://127.0.0.1:{port}"])

@@ -106,7 +106,9 @@ def main():
     if lacking:
         sys.exit(words(options.launch_file, lacking, options.debian))
     master_uri = os.environ.get("ROS_MASTER_URI", "")
-    names = ["/" + "/".join(filter(None, name.split("/"))) for name in options.free]
+    around = os.environ.get("ROS_NAMESPACE", "")  # roslaunch puts in there what has no slash in front
+    paths = [name if name.startswith("/") else f"{around}/{name}" for name in options.free]
+    names = ["/" + "/".join(filter(None, path.split("/"))) for path in paths]
     wrong = [name for name in names if not re.fullmatch(r"(/[A-Za-z]\w*)+", name, re.ASCII)]
     if wrong:
         sys.exit(f"{options.launch_file}: namespace: found {wrong[0].rpartition('/')[0]!r}, allowed: letters, digits "
@@ -116,5 +118,6 @@ def main():
         name, process = other
         sys.exit(f"{options.launch_file}: {name} runs already on ROS master {master_uri}: {process}. Use that one, or "
                  "end it first: Ctrl-C where it was started, sudo systemctl stop 'robotont*' for the services "
-                 "(roslaunch starts again what is killed). For another robot: namespace:=NAME")
+                 "(roslaunch starts again what is killed). For another robot: namespace:=NAME; where this file has "
+                 "none, ROS_NAMESPACE=NAME before roslaunch")
     print("true")

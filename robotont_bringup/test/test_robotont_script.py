@@ -161,6 +161,17 @@ def test_every_command_answers_h(command, tmp_path):
     assert not (tmp_path / "nothing").exists()
 
 
+@pytest.mark.parametrize("answer, status, said", [
+    ("success: True\nmessage: ''", 0, "success: True\nmessage: ''\n"),
+    ("success: False\nmessage: 'success: True? ask again'", 1, "robotont: not released: 'success: True? ask again'\n")])
+def test_a_release_that_is_refused_is_told_and_ends_with_1(answer, status, said, tmp_path):
+    (tmp_path / "rosservice").write_text(f'#!/bin/sh\necho "{answer}"\n')
+    (tmp_path / "rosservice").chmod(0o755)
+    (tmp_path / "setup.bash").write_text(f"PATH={tmp_path}:$PATH\n")
+    done = robotont(ROOT, "release", ROBOTONT_UNDERLAY=str(tmp_path))
+    assert (done.returncode, done.stdout) == (status, said)
+
+
 def test_version():
     done = robotont(ROOT, "--version")
     assert re.fullmatch(r"robotont \d+\.\d+\.\d+ commit \w{7,} of [\d-]+\n", done.stdout), done.stdout

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """recorder_node beside a stream of messages: ended by force, and by Ctrl-C."""
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -87,17 +88,28 @@ class RecorderNodeTest(NodeTest):
         self.assertEqual(packets, list(range(packets[0], len(self.sent))))
         self.assertFalse([path for path in self.folder.rglob("*") if path.name.endswith(".writing")])
 
-    def test_a_message_that_cannot_be_written_is_reported_and_the_next_are_recorded(self):
+    def test_what_cannot_be_written_is_reported_and_the_next_is_recorded(self):
+        """A message whose publisher says a type that is none, and then all, while there is no folder."""
         self.record()
         fields_of = TCPROSPub.get_header_fields
         with mock.patch.object(TCPROSPub, "get_header_fields", lambda publisher: {
-                key: value for key, value in fields_of(publisher).items()  # the recorder may still connect to others
-                if (publisher.resolved_name, key) != ("/emergency_stop", "message_definition")}):
-            broken = rospy.Publisher("emergency_stop", Bool, queue_size=1)
-            wait_for(broken.get_num_connections, "the recorder")
-        broken.publish(False)
+                **fields_of(publisher),  # the recorder may still connect to others
+                **({"type": "nowhere/Kind", "message_definition": ""} if publisher.resolved_name == "/emergency_stop"
+                   else {})}):
+            strange = rospy.Publisher("emergency_stop", Bool, queue_size=1)
+            wait_for(strange.get_num_connections, "the recorder")
+        strange.publish(False)
+        self.wait_for_status("recorder_node: black box", WARN, "1 messages lost: of types that are unknown here")
+        strange.unregister()
+        run = runs_in(self.folder)[-1]
+        def blocked():
+            with contextlib.suppress(OSError):  # the recorder has just made it again
+                run.rename(self.folder / f"away_{time.time()}")
+                run.write_text("no folder")
+            return run.is_file()
+        wait_for(blocked, "no folder")
         self.wait_for_status("recorder_node: black box", ERROR, "cannot write to")
-        broken.unregister()
+        run.unlink()
         self.wait_for_status("recorder_node: black box", WARN, "messages lost: cannot write to")
         back = len(self.sent)
         wait_for(lambda: self.packets()[-1] > back, "packets in the black box")

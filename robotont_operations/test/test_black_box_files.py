@@ -7,6 +7,7 @@ import subprocess
 
 import pytest
 import rosbag
+from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 
 from robotont_operations import black_box_files
@@ -77,6 +78,23 @@ def test_a_file_that_cannot_be_read_costs_nothing_but_itself(tmp_path):
                                 lambda _topic, raw: raw[-1]().deserialize(raw[1]))
         assert count == 2
         assert f"{box.folder.name}/000002.bag: " in words
+    box.write([record(3), record(3)._replace(data=b"abc"), record(4)], now=3.0)
+    count, words = merge(bags_of(box.folder), tmp_path / "all.bag", lambda _topic, raw: raw[-1]().deserialize(raw[1]))
+    assert (count, words[1:]) == (4, [f"{box.folder.name}/000004.bag: 1 messages"])
+
+
+def test_a_record_of_an_unknown_type_costs_nothing_but_itself_and_a_known_one_not_even_that(tmp_path):
+    def said(topic, header, data=b"\1\0\0\0x"):
+        return Record(topic, 1000.0, data, header)
+    bare = {key: HEADER[key] for key in ("type", "md5sum")}
+    strange = [{**bare, "type": "nowhere/Kind"}, {**bare, "md5sum": "0" * 32}, {**bare, "type": "a/b/c"}]
+    twist = {"type": Twist._type, "md5sum": Twist._md5sum, "message_definition": Twist._full_text}
+    box = BlackBox(tmp_path)
+    assert box.write([said("/strange", header) for header in strange] + [
+        said("/bare", bare), said("/bare", HEADER), record(0), said("/bare", twist, bytes(48)),
+        said("/strange", HEADER)], now=0.0) == 4
+    assert [topic for topic, *_ in messages(bags_of(box.folder))] == ["/bare", "/bare", "/serial_read", "/strange"]
+    assert box.write([], now=1.0) == 0
 
 
 def test_what_is_no_run_of_the_recorder_stays_alone(tmp_path, monkeypatch):

@@ -1,6 +1,7 @@
 """The table of ./robotont status from nodes and diagnostics."""
 
 from robotont_operations.health import ERROR, OK, STALE, WARN, Row, table, worst
+from robotont_operations.status import show
 
 ALL = {"/driver_node": True, "/serial_com_node": True, "/odom_node": True}
 FINE = {
@@ -36,6 +37,21 @@ def test_nodes_that_are_missing_silent_or_say_nothing():
     assert rows[0] == Row(ERROR, "nodes", "odom_node is not running; /serial_com_node does not answer")
     assert Row(STALE, "command stream", "driver_node publishes nothing on /diagnostics") in rows
     assert worst(rows) == 2
+
+
+def test_a_level_that_is_none_is_an_error():
+    rows = table(ALL, {**FINE, "camera: driver": (4, "odd", {}), "camera: lens": (-1, "odd", {})})
+    assert rows[-2:] == [Row(ERROR, "driver", "odd"), Row(ERROR, "lens", "odd")]
+    show(rows)
+
+
+def test_of_robots_in_the_root_and_in_a_namespace_each_has_its_own_nodes_and_restarts():
+    alive = {**ALL, **{f"/robot2{node}": node != "/driver_node" for node in ALL}, "/robot22/camera": True}
+    rows = table(alive, {}, [("/robot2/driver_node", 3), ("/odom_node", 1)])
+    again = "restarts of {}; why: where the robot was started, or journalctl -u 'robotont*'"
+    assert [row for row in rows if row.subject.endswith("nodes")] == [
+        Row(WARN, "nodes", "4 running; " + again.format("/odom_node: 1")),
+        Row(ERROR, "robot2: nodes", "/robot2/driver_node does not answer; " + again.format("/robot2/driver_node: 3"))]
 
 
 def test_two_robots():

@@ -7,6 +7,7 @@ overwrite what led to it.
 
 import contextlib
 import errno
+import functools
 import os
 import re
 import shutil
@@ -61,13 +62,13 @@ class BlackBox:
         self._number = 0
 
     def write(self, records, now):
-        """Keep these records, at monotonic time `now` [s]; all are on the disk afterwards.
+        """Keep these records, at monotonic time `now` [s]; all but those that nobody could read are on the disk then.
 
-        A folder that was deleted is made again. Raises OSError; other exceptions where a record is malformed.
+        Returns how many were left out. A folder that was deleted is made again. Raises OSError.
         """
         self._forget(now)
         if not records:
-            return
+            return 0
         self._number += 1
         path = self.folder / f"{self._number:06d}.bag"
         unfinished = Path(str(path) + UNFINISHED)
@@ -75,7 +76,7 @@ class BlackBox:
             if not self.folder.exists():
                 self.folder.mkdir(parents=True)
                 flush_folder(self.folder.parent)
-            write_bag(unfinished, records)
+            left_out = write_bag(unfinished, records)
             with open(unfinished, "rb+") as file:
                 os.fsync(file.fileno())
             os.rename(unfinished, path)
@@ -87,6 +88,7 @@ class BlackBox:
             raise
         flush_folder(self.folder)
         self._files.append((now, path.stat().st_size, path))
+        return left_out
 
     def _forget(self, now):
         while self._files and (self._files[0][0] < now - self._keep
@@ -111,30 +113,60 @@ def bags_of(run):
 
 
 def write_bag(path, records):
-    """Write a bag file of Records."""
+    """Write a bag file of Records, without those of an unknown type, or of another one than others of its topic.
+
+    rosbag keeps one type for a topic: such a record would spoil the others. Returns how many were left out.
+    """
+    kinds, left_out = {}, 0  # by topic
     with rosbag.Bag(str(path), "w", compression=rosbag.Compression.LZ4) as bag:  # a third of the size, no slower
         for record in records:
             header = record.header
-            kind = SimpleNamespace(_md5sum=header["md5sum"], _full_text=header["message_definition"])
+            kind = kinds.get(record.topic) or _kind(header)
+            if kind is None or kind._md5sum != header["md5sum"]:
+                left_out += 1
+                continue
+            kinds[record.topic] = kind
             bag.write(record.topic, (header["type"], record.data, header["md5sum"], kind),
                       genpy.Time.from_sec(record.time), raw=True)
+    return left_out
+
+
+def _kind(header):
+    """What rosbag wants to know of a type: from its publisher, or where that is silent, from this computer; or None."""
+    if header.get("message_definition"):
+        return SimpleNamespace(_md5sum=header["md5sum"], _full_text=header["message_definition"])
+    return _installed(header["type"])
+
+
+@functools.lru_cache
+def _installed(name):
+    with contextlib.suppress(Exception):  # whatever an import of another's package raises
+        return genpy.message.get_message_class(name)
+    return None
 
 
 def merge(bags, output, kept):
     """Write into one file what kept(topic, raw) leaves of the messages of several bag files: a message, or None.
 
-    Returns (number of messages, [words on each file that could not be read, or not to its end]).
+    Returns (number of messages, [words on each file that could not be read, or not to its end, or not all of it]).
     """
     count, unread = 0, []
     with rosbag.Bag(str(output), "w", compression=rosbag.Compression.BZ2) as merged:
         for path in bags:
+            name, spoilt = f"{path.parent.name}/{path.name}", 0
             try:
                 with rosbag.Bag(str(path)) as bag:
                     for topic, raw, stamp in bag.read_messages(raw=True):
-                        message = kept(topic, raw)
+                        try:
+                            message = kept(topic, raw)
+                        except Exception:  # what its publisher has sent is not of the type that it has said
+                            spoilt += 1
+                            continue
                         if message is not None:
                             merged.write(topic, message, stamp)
                             count += 1
             except Exception as error:  # a corrupt bag can raise whatever rosbag and its decompressors raise
-                unread.append(f"{path.parent.name}/{path.name}: {type(error).__name__}")  # its words may hold anything
+                unread.append(f"{name}: {type(error).__name__}")  # its words may hold anything
+            if spoilt:
+                unread.append(f"{name}: {spoilt} messages")
     return count, unread

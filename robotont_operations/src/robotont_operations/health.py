@@ -33,16 +33,15 @@ def table(alive, statuses, restarts=(), folders=None):
         name = robot.strip("/")
         composed = robot + COMPOSED in alive
         missing = [] if composed else [node for node in NODES if robot + node not in alive]
-        silent = sorted(node for node, answers in alive.items() if node.startswith(robot) and not answers)
+        own = [node for node in alive if _is_of(node, robot, robots)]
+        silent = sorted(node for node in own if not alive[node])
         faults = [f"{node} is not running" for node in missing] + [f"{node} does not answer" for node in silent]
-        tasks = [(_subject(full), *status) for full, status in statuses.items()
-                if f"/{full}".startswith(robot) and not _belongs_to_another(full, robot, robots)]
+        tasks = [(_subject(full), *status) for full, status in statuses.items() if _is_of(f"/{full}", robot, robots)]
         label = f"{name}: " if name else ""
-        running = sum(node.startswith(robot) for node in alive)
-        again = [f"restarts of {node}: {count}" for node, count in restarts if node.startswith(robot)]
+        again = [f"restarts of {node}: {count}" for node, count in restarts if _is_of(node, robot, robots)]
         again += ["why: where the robot was started, or journalctl -u 'robotont*'"] if again else []
         rows.append(Row(ERROR if faults else WARN if again else OK, label + "nodes",
-                        "; ".join((faults or [f"{running} running"]) + again)))
+                        "; ".join((faults or [f"{len(own)} running"]) + again)))
         if robot in (folders or {}):
             rows.append(Row(OK, label + "robot", folders[robot]))
         board = [values["board"] for subject, _, _, values in tasks if "board" in values and subject == "link"]
@@ -50,7 +49,7 @@ def table(alive, statuses, restarts=(), folders=None):
             tasks += [("board", OK, text, {}) for text in board]
         order = {subject: place for place, subject in enumerate(SUBJECTS)}
         for subject, level, words, _ in sorted(tasks, key=lambda one: (order.get(one[0], len(order)), one[0])):
-            rows.append(Row(level, label + subject, words))
+            rows.append(Row(level if level in range(len(WORDS)) else ERROR, label + subject, words))
         for node, subject in (("serial_com_node", "link"), ("driver_node", "command stream"),
                               ("odom_node", "wheel feedback")):
             if alive.get(robot + (COMPOSED if composed else node)) and not any(one[0] == subject for one in tasks):
@@ -67,5 +66,7 @@ def _subject(full):
     return full.partition(": ")[2] or full
 
 
-def _belongs_to_another(full, robot, robots):
-    return any(f"/{full}".startswith(other) for other in robots if other != robot and other.startswith(robot))
+def _is_of(name, robot, robots):
+    """Whether a full name is in this robot's namespace and in none of another robot within it."""
+    return name.startswith(robot) and not any(
+        name.startswith(other) for other in robots if other != robot and other.startswith(robot))

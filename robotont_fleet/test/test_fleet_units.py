@@ -4,6 +4,7 @@ import json
 import math
 import re
 from concurrent.futures import ThreadPoolExecutor
+from unittest.mock import Mock
 
 import pytest
 from fleet_rig import STATE
@@ -12,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from prometheus_client.parser import text_string_to_metric_families
 
-from robotont_fleet import fleet_node
+from robotont_fleet import fleet_node, fleet_page, fleet_server, robot_telemetry
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet_page import StopFile, arguments, read_ground
 from robotont_fleet.known_robots import MOST, NEEDS, Fleet
@@ -289,6 +290,85 @@ def test_a_goal_of_another_age_is_refused(age, words):
 GOAL = {"kind": "goal", "name": "r1", "id": "a", "seen": 7, "x": 0.5, "y": -3}
 
 
+@pytest.fixture
+def node(monkeypatch):
+    """A FleetNode without its threads; `now`: [s] of the clock that a suspended computer does not stop."""
+    node = fleet_node.FleetNode.__new__(fleet_node.FleetNode)
+    node._identity, node._others, node._held, node._note, node._asked = "a", set(), [], "", 100.0
+    node._mailbox, node._due = Mailbox(), Mock()
+    node._robot = Mock(stopped_from_here=False, state=dict, release=Mock(return_value=""))
+    node.now = 100.0
+    monkeypatch.setattr(fleet_node, "boot_time", lambda: node.now, raising=False)
+    for log in ("logwarn", "logwarn_throttle_identical"):
+        monkeypatch.setattr(fleet_node.rospy, log, Mock())
+    return node
+
+
+def said(node):
+    return json.loads(node._state())
+
+
+def test_what_a_fleet_node_before_this_one_has_stopped_any_page_lets_go_but_not_over_a_newer_stop(room, node):
+    """A room whose r1 has a new process, "a", and no memory."""
+    assert said(node)["confirmed"] == []
+    node._robot.stopped_from_here = True
+    room.say("r1", number=said(node)["number"], confirmed=said(node)["confirmed"], stopped="/fleet_node")
+    assert room.stop()["left"] == ["r1"]
+    assert room.needs()["r1"] == "stopped"
+    del room.sent[:]
+    room.release()
+    (name, order), = room.sent
+    assert (name, order["id"]) == ("r1", "a")
+    node._on_order(order, 0.0)
+    node._robot.release.assert_called_once_with()
+    node._stop("another-1")
+    assert said(node)["confirmed"] == ["another-1"]
+    node._on_order(order, 0.0)
+    assert node._note == "not released: it was released already"
+    node._robot.release.assert_called_once_with()
+    room.say("r2", "b", confirmed=["b"])  # of who never was there
+    assert room.stop()["left"] == ["r1"]
+
+
+def test_what_waited_while_the_robots_computer_slept_is_refused(node):
+    node._held = ["p-1"]
+    order = {"kind": "release", "number": "p-1", "id": "a", "seen": said(node)["number"]}
+    goal = Mock(return_value="")
+    node._robot.goal = goal
+    node._mailbox.put("goal", (node._on_goal, "message", node._asked))
+    node.now += 3600.0  # time.monotonic() stands still
+    node._on_order(order, 0.0)
+    assert node._note == "release refused: it may be 3600.0 s old, allowed: 2 s"
+    node._obey()
+    assert node._note == "goal refused: it may be 3600.0 s old, allowed: 2 s"
+    assert not goal.called
+    assert not node._robot.release.called
+
+
+def test_what_was_heard_before_the_pages_computer_slept_is_old(monkeypatch):
+    slept = [0.0]
+    for module in (fleet_page, fleet_server):
+        monkeypatch.setattr(module, "boot_time", lambda: 100.0 + slept[0], raising=False)
+    loop = Mock(call_soon_threadsafe=lambda call, *values: call(*values))
+    monkeypatch.setattr(fleet_page, "zenoh", Mock())
+    side = fleet_page.ZenohSide(Mock(), loop, Mock(read=dict))
+    side._on_token(Mock(key_expr=keys.alive_key("r1", "a"), kind=fleet_page.zenoh.SampleKind.PUT))
+    side._on_state(Mock(key_expr=keys.state_key("r1"), payload=json.dumps(STATE).encode()))
+    pages = []
+    page = Mock(server=Mock(fleet=side.fleet, ground=None), finish=pages.append)
+    for slept[0] in (0.0, 3600.0):
+        fleet_server.RobotsHandler.get(page)
+    assert [(one["age"], one["need"]) for shown in pages for one in shown["robots"]] == [(0.0, ""), (3600.0, "silent")]
+
+
+def test_where_the_robots_page_is_stays_known_while_the_master_is_away(monkeypatch):
+    telemetry = robot_telemetry.RobotTelemetry.__new__(robot_telemetry.RobotTelemetry)
+    monkeypatch.setattr(robot_telemetry, "page_address", Mock(side_effect=["http://r1:8100/", ConnectionRefusedError]))
+    for _ in range(2):
+        assert telemetry._look_for_page() == robot_telemetry.NEXT_PAGE
+    assert telemetry._page == "http://r1:8100/"
+
+
 def test_orders_are_read_as_they_were_sent():
     for order in ({"kind": "stop"}, {"kind": "stop", "name": "r1"}, {"kind": "release", "newest": "a"}, GOAL):
         assert read_order(json.dumps(order).encode(), TO_PAGE) == order
@@ -381,6 +461,9 @@ def test_each_robot_gets_its_own_keys_only(tmp_path):
     assert rules["teacher"] == ["**"]
     assert all("/order/" in key for key in rules["order"])
     assert access["default_permission"] == "deny"
+    users.pop("teacher")
+    with pytest.raises(ValueError, match="users: found no teacher, allowed: .*--add"):
+        router_settings("0.0.0.0", 7447, users=users, users_file=tmp_path / "users")
     (tmp_path / "users").chmod(0o644)
     with pytest.raises(ValueError, match="600"):
         read_users(tmp_path / "users")

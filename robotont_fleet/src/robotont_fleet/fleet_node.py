@@ -11,7 +11,6 @@ import math
 import secrets
 import socket
 import threading
-import time
 
 import rospy
 from actionlib_msgs.msg import GoalStatusArray
@@ -20,7 +19,7 @@ from sensor_msgs.msg import BatteryState
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import refuse, run_without_wheels
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.worker import Worker, boot_time
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.mailbox import Mailbox
 from robotont_fleet.messages import CONFIRMED, TO_ROBOT, read_order
@@ -110,17 +109,22 @@ class FleetNode:
         transforms = self._robot.transforms()
         if transforms:
             self._put_message(keys.TF, transforms)
-        if self._due.is_set() or time.monotonic() >= self._state_due:
+        if self._due.is_set() or boot_time() >= self._state_due:
             self._due.clear()
-            self._state_due = time.monotonic() + STATE_PERIOD
+            self._state_due = boot_time() + STATE_PERIOD
             send(self._session, keys.state_key(self.name), self._state())
         self._due.wait(PLACE_PERIOD)
         return LEAST_PERIOD
 
     def _state(self):
-        confirmed = self._held if self._robot.stopped_from_here else []
+        confirmed = self._holding if self._robot.stopped_from_here else []
         return json.dumps({**self._robot.state(), "id": self._identity, "number": _milliseconds(), "note": self._note,
                            "confirmed": confirmed, "namesakes": len(self._others)})
+
+    @property
+    def _holding(self):
+        """Numbers of the stops that hold; where a process before this one has pressed, our identity is its number."""
+        return self._held or [self._identity]
 
     def _on_pressed_by(self, message):
         self._mailbox.put("pressed_by", (self._follow_emergency_stop, message, 0.0))  # a stop may be on its way as well
@@ -143,11 +147,11 @@ class FleetNode:
 
     def _ask(self):
         """Ask the router, which takes one way there and back; returns the time to rest."""
-        asked = time.monotonic()
+        asked = boot_time()
         with contextlib.suppress(zenoh.ZError):
             for _ in self._session.liveliness().get(keys.alive_key(self.name, self._identity), timeout=ANSWER):
                 pass
-        now = time.monotonic()
+        now = boot_time()
         if now - asked < ANSWER:
             self._asked, self._took = asked, now - asked
         return max(0.0, QUESTION - (now - asked))
@@ -180,7 +184,7 @@ class FleetNode:
     def _obey(self):
         """Carry out what has come; returns the time to rest."""
         handle, order, asked = self._mailbox.take()
-        handle(order, time.monotonic() - asked)
+        handle(order, boot_time() - asked)
         self._due.set()
         return 0.0
 
@@ -215,7 +219,7 @@ class FleetNode:
 
     def _release(self, number):
         """End one stop; returns why the robot does not go by that, or ""."""
-        if number not in self._held:
+        if number not in self._holding:
             return "not released: it was released already"
         if len(self._held) > 1:
             self._held = [one for one in self._held if one != number]
@@ -251,19 +255,19 @@ class FleetNode:
         if self._others:
             return ERROR, (f"another robot is called {self.name}, too: give one of them another robot_name in "
                            "config/fleet/fleet.yaml"), values
-        if self._session is None or time.monotonic() - self._asked > 2 * ANSWER:
+        if self._session is None or boot_time() - self._asked > 2 * ANSWER:
             return WARN, (f"no answer from {self._parameters['router']}: does ./robotont fleet run there, and is its "
                           f"password for {self.name} in {self._password_file}? The robot drives without it"), values
         if not self._robot.emergency_stop.has_driver:
             return ERROR, (f"no driver_node in {rospy.get_namespace()}, so no stop and no goal reaches a robot: does "
-                           "it run, and in this namespace (ROS_NAMESPACE=robot1 roslaunch ...)?"), values
+                           "it run, and in this namespace (fleet.launch namespace:=robot1)?"), values
         values["there and back [s]"] = f"{self._took:.3f}"
         return OK, f"connected, {1000 * self._took:.0f} ms there and back", values
 
 
 def _milliseconds():
     """The time since the computer's start: the number of a state. A goal names that of the state that was seen."""
-    return int(1000 * time.monotonic())
+    return int(1000 * boot_time())
 
 
 def main():

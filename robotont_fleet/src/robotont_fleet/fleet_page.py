@@ -13,7 +13,6 @@ import json
 import re
 import signal
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from PIL import Image
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.parameters.files import read_file, read_mapping, write_file
 from robotont_fleet import zenoh_keys as keys
-from robotont_fleet.fleet_server import FleetServer
+from robotont_fleet.fleet_server import FleetServer, boot_time
 from robotont_fleet.known_robots import Fleet
 from robotont_fleet.messages import NONE, read_state, read_values
 from robotont_fleet.zenoh_setup import (
@@ -176,12 +175,12 @@ class ZenohSide:
 
     def _on_token(self, sample):
         name, _, identity = str(sample.key_expr).split("/")[1:4]
-        self._tell(self.fleet.hear_token, name, identity, sample.kind == zenoh.SampleKind.PUT, time.monotonic())
+        self._tell(self.fleet.hear_token, name, identity, sample.kind == zenoh.SampleKind.PUT, boot_time())
 
     def _on_state(self, sample):
         with contextlib.suppress(ValueError):
             state = read_state(sample.payload)
-            self._tell(self.fleet.hear_state, keys.robot_of(sample.key_expr), state, time.monotonic())
+            self._tell(self.fleet.hear_state, keys.robot_of(sample.key_expr), state, boot_time())
 
     def _send(self, name, order):
         send(self._session, keys.order_key(name), json.dumps(order))

@@ -1,6 +1,7 @@
 """The web server of the fleet's page: logins and orders in, all robots out. Free of zenoh and of ROS."""
 
 import asyncio
+import functools
 import time
 
 import tornado.web
@@ -11,6 +12,9 @@ from robotont_fleet.zenoh_keys import check_name
 from robotont_teleop.web.metrics import metrics
 from robotont_teleop.web.page_server import PageServer
 from robotont_teleop.web.web_handlers import Guarded
+
+# [s] of a steady clock that goes on while this computer is suspended: what was heard before is not of now
+boot_time = functools.partial(time.clock_gettime, time.CLOCK_BOOTTIME)
 
 
 class FleetServer(PageServer):
@@ -32,14 +36,14 @@ class FleetServer(PageServer):
     async def metrics(self):
         """For Prometheus."""
         values = await self._loop.run_in_executor(None, self.values)
-        robots = self.fleet.view(time.monotonic())["robots"]
+        robots = self.fleet.view(boot_time())["robots"]
         return metrics([{**one, "up": one["present"] and one.get("driver") and one["age"] <= SILENT}
                         for one in robots], values)
 
     async def repeat_stops(self):
         """For ever: what is not confirmed is sent again."""
         while True:
-            self.fleet.repeat(time.monotonic())
+            self.fleet.repeat(boot_time())
             await asyncio.sleep(REPEAT)
 
 
@@ -48,7 +52,7 @@ class RobotsHandler(Guarded, tornado.web.RequestHandler):
 
     def get(self):
         """Called by tornado."""
-        self.finish({**self.server.fleet.view(time.monotonic()), "ground": self.server.ground})
+        self.finish({**self.server.fleet.view(boot_time()), "ground": self.server.ground})
 
 
 class OrderHandler(Guarded, tornado.web.RequestHandler):

@@ -105,7 +105,7 @@ class Fleet:
                 self._send_stop(name)
 
     def release(self, newest):
-        """End all stops, and let go the robots that are there and stand by one of this page, by whatever it was.
+        """End all stops, and let go the robots that are there and stand by one of this page or of nobody's.
 
         newest: of `view`, as the person has seen it who releases. Returns False, and does nothing, where somebody has
         pressed STOP since: a release may wait in a network longer than a press behind it.
@@ -138,9 +138,12 @@ class Fleet:
                                      for one in present)
 
     def _own(self, one):
-        """Numbers of this page's stops by which a robot stands that is there."""
+        """Numbers of the stops by which a robot stands that is there, of this page's, and of nobody's.
+
+        A process that has ended has taken with it whose they were: the one behind it names itself.
+        """
         confirmed = one.state.get("confirmed", ()) if one.present else ()
-        return [number for number in confirmed if number.startswith(self._page)]
+        return [number for number in confirmed if number.startswith(self._page) or number == one.identity]
 
     def _send_stop(self, name):
         if self._wanted(name) and self._present(name):

@@ -1,5 +1,6 @@
 """What a robot says of itself to a fleet, and what that may order: the ROS side, without any network of its own."""
 
+import contextlib
 import math
 import time
 
@@ -41,7 +42,8 @@ class RobotTelemetry(RobotReports):
 
     def _look_for_page(self):
         """Its node may start later, at another address; returns the time to rest."""
-        self._page = page_address()
+        with contextlib.suppress(OSError):  # the master is away
+            self._page = page_address()
         return NEXT_PAGE
 
     # Orders

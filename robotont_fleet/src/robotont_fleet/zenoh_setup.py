@@ -53,7 +53,8 @@ def endpoint(host, port, certificate=""):
 def router_settings(host, port, certificate="", users=None, users_file=""):
     """Settings of a router. certificate: a file that holds its private key, too; with one nobody comes without TLS.
 
-    users: {name: password}; each robot may use its own keys only. None: anybody, all keys.
+    users: {name: password}; each robot may use its own keys only. None: anybody, all keys. Raises ValueError where
+    they lack the page itself.
     """
     settings = {**COMMON, "mode": "router", "listen/endpoints": [endpoint(host, port, certificate)]}
     if certificate:
@@ -61,6 +62,9 @@ def router_settings(host, port, certificate="", users=None, users_file=""):
                          "transport/link/tls/listen_private_key": certificate})
     if users is None:
         return settings
+    if TEACHER not in users:
+        raise ValueError(f"{users_file}: found no {TEACHER}, allowed: NAME:PASSWORD of the page, too, which "
+                         "./robotont fleet --add ROBOT ... makes")
     keys = {name: ["**"] if name == TEACHER else keys_of(name) for name in users}
     access = {"enabled": True, "default_permission": "deny",
               "rules": [{"id": name, "permission": "allow", "messages": list(MESSAGES),

@@ -72,8 +72,8 @@ def test_by_hand_a_robots_parameters_are_checked_too(tmp_path, monkeypatch, caps
         "four_wheels: 4 wheels, which stand at 315, 45, 135, 225 degrees, 50 Hz, motors that reach 1.64 m/s without "
         "load, no mistake found\n")
     (folder / "driver.yaml").write_text("serial_com_node: {packets: robotont2}\nodom_node: {joint_names: a b}\n")
-    assert parameter_faults(read_robot(f"{folder}/"))[0].endswith("odom_node: ~joint_names: found 'a b', allowed: 3 names "
-                                                                  "between blanks")
+    assert parameter_faults(read_robot(f"{folder}/"))[0].endswith(
+        "odom_node: ~joint_names: found 'a b', allowed: 3 names between blanks")
     four = read_robot("four_wheels")
     four.parameters["serial_com_node"] = {"packets": "robotont2"}
     assert "its board cannot have these wheels" in parameter_faults(four)[0]

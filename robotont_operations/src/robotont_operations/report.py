@@ -203,7 +203,8 @@ def main():
     with tempfile.TemporaryDirectory(prefix="robotont_report_") as folder:
         report = Report(folder)
         for part, *arguments in ((report.versions,), (report.commands,), (report.graph,),
-                                 (report.logs, rospkg.get_log_dir(), os.path.expanduser("~/.ros/log")), (report.black_box, options.black_box)):
+                                 (report.logs, rospkg.get_log_dir(), os.path.expanduser("~/.ros/log")),
+                                 (report.black_box, options.black_box)):
             try:
                 part(*arguments)
             except Exception as error:  # whatever is wrong on this machine, the rest is wanted all the more

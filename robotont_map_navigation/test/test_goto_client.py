@@ -126,3 +126,22 @@ def test_a_goal_that_waits_is_not_sent_again_once_somebody_has_stopped_or_cancel
     going.join(10.0)
     assert outcomes[0] == (REPLACED, words or "cancelled")
     assert not words or move_base.sent == sent
+
+
+def test_whatever_ends_the_client_takes_its_goal_back(move_base, monkeypatch):
+    cancelled = []
+    move_base.after = 60.0
+
+    def show(_words):
+        raise BrokenPipeError
+    goto = goto_client.GoTo(show)
+    monkeypatch.setattr(goto._client.pub_cancel, "publish", cancelled.append, raising=False)
+    with pytest.raises(BrokenPipeError):
+        goto.go(GOAL, 10.0)
+    assert len(cancelled) == 1
+
+
+def test_what_ails_another_robot_of_the_same_master_is_no_cause(move_base):
+    move_base.hear("/diagnostics", DiagnosticArray(status=[
+        DiagnosticStatus(name="robot2/serial_com_node: link", hardware_id="robot2", level=DiagnosticStatus.ERROR)]))
+    assert move_base.goto.go(GOAL, 10.0, patience=0.0).words == "move_base gave up (ABORTED): no way"

@@ -33,6 +33,7 @@ FAR = np.full(len(AROUND), math.inf)
 SIDE, REST, REACTION, READINGS = 0.025, 0.055, 0.1, 7  # as documented
 Quaternion = namedtuple("Quaternion", "x y z w")
 Measured = namedtuple("Measured", "radius floor top pid_frequency", defaults=(50.0,))
+SMALL_CIRCLES = (1, 41)  # seeds of which each touched
 STOP, AHEAD, HAND = (0.0, 0.0, 0.0), (0.8, 0.0, 0.0), 0.8
 SLOW = pytest.approx(0.3)  # [m/s], the blind speed
 numbers = st.floats(-2.0, 2.0)
@@ -451,6 +452,34 @@ def test_hands_stop_before_walls_corners_posts_and_chair_legs(drives):
         assert fastest > 0.95 * speed
         assert not drive.touched
         assert SIDE <= drive.nearest <= drive.gap() + 0.005 <= 0.185
+
+
+def stand_near(chance):
+    """A drive that stands where the scanner does not measure any more what is before it, in any direction."""
+    gap, beside, kind = chance.uniform(0.03, 0.14), chance.uniform(-0.12, 0.12), chance.choice(("end", "corner", "leg"))
+    length, width, yaw = {"end": (2.0, 0.1, 0.0), "corner": (1.0, 1.0, math.pi / 4),
+                          "leg": (0.1, 0.1, chance.uniform(0.0, 1.5))}[kind]
+    depth = length / 2 if kind != "corner" else length / math.sqrt(2)
+    heading = chance.uniform(-math.pi, math.pi)
+    drive = GuardedDrive([box(RADIUS + gap + depth, beside, length, width, yaw)], (-0.3, 0.0, heading))
+    drive.drive(STOP, 0.5)
+    limit, drive.guard.limit = drive.guard.limit, lambda twist, _now: twist
+    drive.drive((0.15 * math.cos(heading), -0.15 * math.sin(heading), 0.0), 2.0)
+    drive.drive(STOP, 0.6)
+    drive.guard.limit, drive.nearest = limit, drive.gap()
+    return drive
+
+
+@pytest.mark.parametrize("seeds", [SMALL_CIRCLES, pytest.param(range(150), marks=pytest.mark.long)])
+def test_no_small_circle_leads_into_what_is_too_near_to_be_measured(seeds):
+    for seed in seeds:
+        chance = random.Random(seed)
+        drive = stand_near(chance)
+        for _ in range(4 if drive.gap() > 0.005 else 0):
+            speed, bearing = chance.choice((0.05, 0.1, 0.15, 0.2, 0.3)), chance.uniform(-math.pi, math.pi)
+            turn = chance.choice((-1, 1)) * chance.uniform(0.4, 2.0)
+            drive.drive((speed * math.cos(bearing), speed * math.sin(bearing), turn), 2.0)
+        assert not drive.touched, (seed, drive.guard.held)
 
 
 def test_a_sensor_that_is_unplugged_in_mid_drive_slows_the_robot():

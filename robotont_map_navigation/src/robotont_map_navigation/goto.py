@@ -71,6 +71,7 @@ def _run(options):
 
 def main():
     """Run goto; returns the exit status."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for end in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(end, signal.default_int_handler)
     options = parse_arguments(rospy.myargv()[1:])
     return run_tool("goto", lambda: _run(options))

@@ -159,6 +159,9 @@ class GoTo:
                     return Outcome(TOO_LONG, f"not there after {timeout:g} s; {self.cancel()}")
         except KeyboardInterrupt:
             return Outcome(INTERRUPTED, f"interrupted; {self.cancel()}")
+        except BaseException:  # nobody reads what `show` prints, for instance
+            self._take_back()
+            raise
 
     def _wait_and_send_again(self, goal, waits, reason):
         """What made move_base give up may pass: a door, a cable, a sensor."""
@@ -242,7 +245,8 @@ class GoTo:
     def _on_diagnostics(self, message):
         own = rospy.get_namespace()[1:]
         for status in message.status:
-            if status.name.startswith(own):
+            robot = status.hardware_id.strip("/") + "/"  # another one's, perhaps
+            if status.name.startswith(own) and not (robot != own and status.name.startswith(robot)):
                 self._ills[status.name] = time.monotonic(), status.level, f"{status.name}: {status.message}"
                 if status.level == DiagnosticStatus.OK:
                     del self._ills[status.name]

@@ -32,7 +32,8 @@ class Held:
 
     def __init__(self):
         self._lock = threading.Lock()  # a subscriber's thread each
-        self._watch = HoldWatch(needed_radius())
+        self._edge, self._frame = needed_radius(), base_frame()  # now: the master may be gone when they are needed
+        self._watch = HoldWatch(self._edge)
         self._driver = "navigation"  # where there is no mux to tell
         self._words, self._stands, self._command = "", 0, NOTHING
         self._felt = rospy.Publisher("navigation/felt", PointCloud2, queue_size=1)
@@ -71,10 +72,10 @@ class Held:
 
     def _tell_costmaps(self, ahead):
         """Something is in the way of a twist; of a turn on the spot nobody knows where."""
-        bearing, edge = math.atan2(ahead[1], ahead[0]), needed_radius()
+        bearing, edge = math.atan2(ahead[1], ahead[0]), self._edge
         points = [((edge + off) * math.cos(bearing + side), (edge + off) * math.sin(bearing + side), height)
                   for off, height in FELT for side in FRONT if any(ahead[:2])]
-        self._felt.publish(point_cloud2.create_cloud_xyz32(Header(0, rospy.Time.now(), base_frame()), points))
+        self._felt.publish(point_cloud2.create_cloud_xyz32(Header(0, rospy.Time.now(), self._frame), points))
 
     def _tell(self, words):
         if words != self._words:

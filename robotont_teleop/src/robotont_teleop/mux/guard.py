@@ -58,10 +58,10 @@ class Guard:
         sectors = np.floor((np.angle(rays) + yaw) * SECTORS / (2 * math.pi)).astype(int) % SECTORS
         reach = np.bincount(sectors, reach, SECTORS) / np.maximum(np.bincount(sectors, minlength=SECTORS), 1)
         ring = SIDE + max(self._body[0] + REST, math.hypot(*place[1][:2]) + bounds[0])  # [m] away it stops
-        before = [time for time in self._times.get(sensor, ())[-READINGS:] if at - time < LONGEST]
-        lasts = min(max(SHORTEST, READINGS * (at - before[0]) / len(before)), LONGEST) if before else 0.0
-        self._times[sensor] = (*before, at)
-        ends = max(at, times[-1]) + lasts  # one that is late counts from when it came
+        past = [time for time in self._times.get(sensor, ())[-READINGS:] if at - time < LONGEST]
+        # one that is late counts from when it came
+        ends = max(at, times[-1]) + (min(max(SHORTEST, READINGS * (at - past[0]) / len(past)), LONGEST) if past else 0)
+        self._times[sensor] = (*past, at)
         each = np.full((len(points), 2), (ends, ring)).T
         reading = x + 1j * y + points * np.exp(1j * yaw), *each, [ends], [x + 1j * y], [reach]
         with self._lock:
@@ -122,6 +122,8 @@ class Guard:
         closest, side = abs(points).min(), math.copysign(1.0, twist[2])
         width = min(max(closest - GRAZE, min(closest - GRAZE / 10, radius + SIDE / 2)), radius + SIDE)
         bend = 1.0 / max(abs(twist[2]) / speed, 1e-3)  # radius of the circle on which it drives: straight is one, too
+        # what its sensor is too near to measure may be nearer than it shows: no small circle leads away from that
+        bend = np.where(abs(points) < rings * (rings > SIDE + radius + REST), np.maximum(bend, rings), bend)
         spokes = bend + 1j * side * points / (complex(*twist[:2]) / speed)  # from its middle, with the robot at `bend`
         enters, meets = ((bend ** 2 + abs(spokes) ** 2 - ring ** 2) / np.maximum(2 * bend * abs(spokes), 1e-9)
                          for ring in (np.maximum(rings, width), width))  # cosines of the turn from there to the point

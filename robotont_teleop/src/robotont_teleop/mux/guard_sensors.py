@@ -38,10 +38,9 @@ class SensingGuard(Guard):
         super().__init__(body(wheels), DECELERATION, blind_speed)
         self.measure(wheels)
         self._frames = tf2_ros.BufferCore()
-        *_, self._scan = (rospy.Subscriber(topic, kind, callback, queue_size=16, tcp_nodelay=True)
-                          for topic, kind, callback in (
-                              ("/tf_static", TFMessage, self._on_static), ("odom", Odometry, self._on_odom),
-                              ("range", Range, self._on_range), ("scan", LaserScan, self._on_scan)))
+        for topic, kind, callback in (("/tf_static", TFMessage, self._on_static), ("odom", Odometry, self._on_odom),
+                                      ("range", Range, self._on_range), ("scan", LaserScan, self._on_scan)):
+            self._scan = rospy.Subscriber(topic, kind, callback, queue_size=16, tcp_nodelay=True)  # the last one is its
 
     def measure(self, wheels):
         """Another robot may run by now."""

@@ -2,7 +2,10 @@
 
 import threading
 
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.worker import Worker, boot_time
+from robotont_map_navigation.goal import NOT_THERE, Outcome
+
+OLDEST = 3.0  # [s] of a goal that goes out: to check it asks the master, which may be gone or hang
 
 
 class NewestGoal:
@@ -15,14 +18,15 @@ class NewestGoal:
         self._goto = goto
         self._report = report
         self._changed = threading.Condition()
-        self._wanted = None  # Goal that is neither sent nor refused yet
+        self._wanted = None  # Goal that is neither sent nor refused yet, asked for ...
+        self._asked = 0.0    # [s] ... then
         self.shown = None    # {"x" [m], "y" [m], "words"} of the one that is pursued
         Worker(self._pursue)
 
     def pursue(self, goal):
         """Send the robot to a Goal, in place of the one before."""
         with self._changed:
-            self._wanted = goal
+            self._wanted, self._asked = goal, boot_time()
             self._goto.leave()
             self._changed.notify()
 
@@ -51,6 +55,8 @@ class NewestGoal:
                 self.shown = None
                 return 0.0
             self._wanted = None
+            if boot_time() - self._asked > OLDEST:
+                outcome = Outcome(NOT_THERE, "not sent, for the ROS master has answered too late: send it again")
             if outcome:
                 self._goto.leave(cancel=True)  # the robot must not go on to the goal before
             else:

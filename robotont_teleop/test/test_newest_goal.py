@@ -1,0 +1,43 @@
+"""A goal of the page goes out at once or not at all."""
+
+import threading
+
+from robotont_map_navigation.goal import DONE, Goal, Outcome
+from robotont_teleop.web import newest_goal
+from robotont_teleop.web.newest_goal import NewestGoal
+from robotont_testing.harness import wait_for
+
+
+class Client:
+    """Stands in for goto's, whose `check` waits for a master."""
+
+    def __init__(self):
+        self.master, self.checked, self.sent = threading.Event(), [], []
+
+    def check(self, goal):
+        self.checked.append(goal)
+        self.master.wait(20.0)
+
+    def send(self, goal):
+        self.sent.append(goal)
+
+    def follow(self, _goal, _timeout):
+        return Outcome(DONE, "there")
+
+    def leave(self, cancel=False):
+        pass
+
+
+def test_a_goal_that_the_master_has_held_up_is_not_driven_when_it_comes_back(monkeypatch):
+    now, client, said = [100.0], Client(), []
+    monkeypatch.setattr(newest_goal, "boot_time", lambda: now[0])
+    goals = NewestGoal(client, said.append)
+    goals.pursue(Goal(1.0, 0.0, 0.0))
+    wait_for(lambda: client.checked, "the check")
+    now[0] += 15.0
+    client.master.set()
+    wait_for(lambda: said and "too late" in said[0], "words")
+    assert not client.sent
+    goals.pursue(Goal(2.0, 0.0, 0.0))
+    wait_for(lambda: said[1:] == ["there"], "a goal that is sent now")
+    assert client.sent == [Goal(2.0, 0.0, 0.0)]

@@ -123,5 +123,5 @@ def _pause(program, end):
     if len(program.commands) < 2 or pause < LONG_PAUSE:
         return []
     if not longest:
-        return [(pause, "only now the first command")]
+        return [(pause, "only now the first command: the time runs from the start of your program")]
     return [(float(times[longest]), f"no command for {pause:.1f} s: without one the robot stops after 0.5 s")]

@@ -99,7 +99,7 @@ def test_a_wrong_way_is_named(name, corners, said):
     ({"status": 3}, "ended by an error: 3"), ({"status": 255}, "ended by an error: 255"),
     ({"commands": tuple(np.linspace(0, 3, 9000))}, "more than 500 commands a second"),
     ({"commands": (0.5, 0.6, 0.7)}, "no command for 3.9 s: without one"),
-    ({"commands": (3.5, 3.6, 3.7)}, "only now the first command"),
+    ({"commands": (3.5, 3.6, 3.7)}, "only now the first command: the time runs from the start of your program"),
 ])
 def test_what_the_program_did_wrong_is_named(facts, said):
     assert said in words("distance", [(0, 0), (0.5, 0)], **facts)

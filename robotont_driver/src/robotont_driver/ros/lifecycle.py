@@ -30,22 +30,22 @@ def refuse(faults):
     sys.exit(1)
 
 
-def answer_help(name, explanation, table=()):
+def answer_help(name, explanation, table=None):
     """With the argument `-h`, print the explanation and the parameters of the table, and exit.
 
     Any other argument that is no remapping ends the program with 2, and a message.
     """
     parser = argparse.ArgumentParser(
-        prog=name, description=explanation, epilog=help_text((*table, *COMMON_PARAMETERS)) if table else "",
+        prog=name, description=explanation, epilog="" if table is None else help_text((*table, *COMMON_PARAMETERS)),
         formatter_class=argparse.RawDescriptionHelpFormatter)
     _, unknown = parser.parse_known_args(rospy.myargv()[1:])
     if unknown:
         meant = "_" + unknown[0].strip("-").partition("=")[0]
-        hint = nearest(meant + ":=VALUE", [f"_{one.name}:=VALUE" for one in table]) or f"; see {name} -h"
+        hint = nearest(meant + ":=VALUE", [f"_{one.name}:=VALUE" for one in table or ()]) or f"; see {name} -h"
         parser.error(f"no argument {unknown[0]}{hint}")
 
 
-def init_node(name, explanation, table=()):
+def init_node(name, explanation, table=None):
     """Make this process the node `name`, after `answer_help`."""
     answer_help(name, explanation, table)
     rospy_process.init_node(name)

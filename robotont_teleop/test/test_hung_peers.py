@@ -93,10 +93,15 @@ class Robot:
         return now
 
     def release(self):
-        """As a person does who asks again where he must; it moves behind a zero."""
-        wait_for(lambda: self._ask().success, "the release", period=0.05)
+        """As a person does who asks again where he must: a press of the last second stays; it moves behind a zero."""
         speeds = itertools.cycle((0.0, 0.2))
-        wait_for(lambda: any(self.board.speeds) or setattr(self, "speed", next(speeds)), "motion", period=0.1)
+
+        def moves():
+            if not any(self.board.speeds):
+                self._ask()
+                self.speed = next(speeds)
+            return any(self.board.speeds)
+        wait_for(moves, "motion", period=0.1)
         self.speed = 0.2
 
     def _ask(self):

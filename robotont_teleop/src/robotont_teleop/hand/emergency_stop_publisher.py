@@ -56,11 +56,15 @@ class EmergencyStopPublisher:
     def press(self):
         """Stop the robot until a person releases it."""
         with self._lock:
-            self.latched = True
-            if not self._is_named():
-                self._named = None
-            self.pressed_at = self._younger = boot_time()
-            self._publisher.publish(True)
+            self._younger = boot_time()
+            self._press()
+
+    def _press(self):
+        self.latched = True
+        if not self._is_named():
+            self._named = None
+        self.pressed_at = boot_time()
+        self._publisher.publish(True)
 
     def release(self):
         """Ask driver_node to let commands move the robot, not late, nor over a press not seen here; returns at once."""
@@ -74,7 +78,7 @@ class EmergencyStopPublisher:
     def _released(self, asked):
         with self._lock:
             if self.pressed_at > asked:
-                self.press()
+                self._press()
             else:
                 self._unlatch()
 
@@ -87,7 +91,7 @@ class EmergencyStopPublisher:
                 self._named = connection_header(message)
             elif self._named is connection_header(message):
                 if boot_time() - self._younger < HELD:
-                    self.press()
+                    self._press()
                 else:
                     self._unlatch()
 

@@ -185,7 +185,7 @@ def test_who_joins_or_is_let_go_beside_stands_again_and_a_release_is_for_all_but
     wait_for(lambda: all(one.drives for one in rig.robots.values() if one is not robot), "the others to drive")
     wait_for(lambda: "also pressed by" in rig.seen("r1")["note"], "the reason")
     assert not robot.drives
-    assert rig.stop_state()["left"] == ["r1"]
+    wait_for(lambda: rig.stop_state()["left"] == ["r1"], "the page to hear that the others go")
     robot.navigation.send_signal(signal.SIGUSR1)
 
 

@@ -16,14 +16,7 @@ DRIVER = "driver_node: command stream"
 class WebTeleopStopTest(PageServerTest):
     def test_a_stop_outlives_the_pages_server_and_its_release_moves_nothing(self):
         self.start_driver_node()
-        server, page = self.start(), self.open()
-        page.finger(1, "#stop")
-        page.lift()
-        page.wait("!$('stopped').hidden", "the stop")
-        self.processes.stop(server)
-        page.wait(f"!({OPEN})", "the end of the connection")
-        self.start()
-        page.wait(OPEN, "the new connection")
+        page = self.stop_over_a_restart("stopped")
         page.wait("!$('stopped').hidden", "the stop, over a restart of the page's server")
         page.push(1, "#move", 0.0, 0.9)
         wait_for(lambda: self.status[DRIVER].level == WARN, "the stop")
@@ -32,18 +25,23 @@ class WebTeleopStopTest(PageServerTest):
         self.assertFalse([command for command in self.hand if any(command)])
 
     def test_a_stop_that_no_driver_has_heard_yet_outlives_the_pages_server(self):
-        server, page = self.start(), self.open()
-        page.finger(1, "#stop")
-        page.lift()
-        page.wait("!$('stop_waits').hidden", "that nobody stands by it")
-        self.processes.stop(server)
-        page.wait(f"!({OPEN})", "the end of the connection")
-        self.start()
-        page.wait(OPEN, "the new connection")
+        page = self.stop_over_a_restart("stop_waits")
         self.start_driver_node()
         wait_for(self.pressed, "the stop")
         page.wait("$('stop_waits').hidden && !$('stopped').hidden", "words about the stop")
         rospy.ServiceProxy("emergency_stop/release", Trigger)()
+
+    def stop_over_a_restart(self, shown):
+        """A page on which STOP was tapped, and shown by this id, before its server ended and started again."""
+        server, page = self.start(), self.open()
+        page.finger(1, "#stop")
+        page.lift()
+        page.wait(f"!$('{shown}').hidden", "the stop")
+        self.processes.stop(server)
+        page.wait(f"!({OPEN})", "the end of the connection")
+        self.start()
+        page.wait(OPEN, "the new connection")
+        return page
 
     def start_driver_node(self):
         self.addCleanup(rospy.set_param, "/emergency_stop_pressed", [])

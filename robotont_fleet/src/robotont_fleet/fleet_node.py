@@ -16,10 +16,11 @@ import rospy
 from actionlib_msgs.msg import GoalStatusArray
 from sensor_msgs.msg import BatteryState
 
+from robotont_driver.command.command_age import boot_time
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import refuse, run_without_wheels
-from robotont_driver.ros.worker import Worker, boot_time
+from robotont_driver.ros.worker import Worker
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.mailbox import Mailbox
 from robotont_fleet.messages import CONFIRMED, TO_ROBOT, read_order

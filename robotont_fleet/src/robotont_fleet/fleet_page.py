@@ -18,10 +18,11 @@ from pathlib import Path
 
 from PIL import Image
 
+from robotont_driver.command.command_age import boot_time
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.parameters.files import read_file, read_mapping, write_file
 from robotont_fleet import zenoh_keys as keys
-from robotont_fleet.fleet_server import FleetServer, boot_time
+from robotont_fleet.fleet_server import FleetServer
 from robotont_fleet.known_robots import Fleet
 from robotont_fleet.messages import NONE, read_state, read_values
 from robotont_fleet.zenoh_setup import (

@@ -1,20 +1,16 @@
 """The web server of the fleet's page: logins and orders in, all robots out. Free of zenoh and of ROS."""
 
 import asyncio
-import functools
-import time
 
 import tornado.web
 
+from robotont_driver.command.command_age import boot_time
 from robotont_fleet.known_robots import REPEAT, SILENT
 from robotont_fleet.messages import TO_PAGE, read_order
 from robotont_fleet.zenoh_keys import check_name
 from robotont_teleop.web.metrics import metrics
 from robotont_teleop.web.page_server import PageServer
 from robotont_teleop.web.web_handlers import Guarded
-
-# [s] of a steady clock that goes on while this computer is suspended: what was heard before is not of now
-boot_time = functools.partial(time.clock_gettime, time.CLOCK_BOOTTIME)
 
 
 class FleetServer(PageServer):

@@ -8,7 +8,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool, Float64, String
 from std_srvs.srv import Trigger, TriggerResponse
 
-from robotont_driver.command.command_age import Arrivals
+from robotont_driver.command.command_age import Arrivals, boot_time
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.emergency_stop import EmergencyStop
 from robotont_driver.command.limits import Limits
@@ -20,7 +20,7 @@ from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.packet_topics import PacketTopic
 from robotont_driver.ros.server_parameters import KeptParameter
-from robotont_driver.ros.worker import Worker, boot_time
+from robotont_driver.ros.worker import Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header, connection_numbers
 from robotont_driver.rospy_repairs.topic_outages import OutageWatch, is_local
 

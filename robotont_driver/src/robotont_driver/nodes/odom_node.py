@@ -11,6 +11,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Empty, EmptyResponse, Trigger, TriggerResponse
 from tf2_msgs.msg import TFMessage
 
+from robotont_driver.command.command_age import boot_time
 from robotont_driver.kinematics.kinematics import SOLVERS, Kinematics
 from robotont_driver.odometry.gyro import Gyro
 from robotont_driver.odometry.odometry import WheelOdometry
@@ -22,7 +23,7 @@ from robotont_driver.ros.imu_input import ImuInput
 from robotont_driver.ros.kept_pose import KeptPose
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.packet_topics import PacketTopic
-from robotont_driver.ros.worker import boot_time, read_clocks
+from robotont_driver.ros.worker import read_clocks
 from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
 
 GYRO_BIAS_DRIFT = 7e-5   # [rad/s] how far a gyro's bias walks in 1 s, growing with the square root of the time

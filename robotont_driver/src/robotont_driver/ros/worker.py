@@ -1,6 +1,5 @@
-"""Steady clocks, and work at intervals, in a thread."""
+"""Work at intervals, in a thread, and two clocks read at once."""
 
-import functools
 import threading
 import time
 import traceback
@@ -9,8 +8,6 @@ import rospy
 
 AFTER_FAULT = 0.2  # [s]
 LONGEST_READING = 1_000_000  # [ns] that reading two clocks may take; longer, and something came between
-# boot_time(): [s] of a steady clock that goes on while the machine is suspended, as time.monotonic() does not
-boot_time = functools.partial(time.clock_gettime, time.CLOCK_BOOTTIME)
 
 
 def read_clocks():

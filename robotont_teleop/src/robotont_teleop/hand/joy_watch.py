@@ -7,11 +7,10 @@ Between joy_node, which repeats the newest state for ever, and teleop_twist_joy,
 import rospy
 from sensor_msgs.msg import Joy
 
-from robotont_driver.command.command_age import SILENCE, Gaps
+from robotont_driver.command.command_age import SILENCE, Gaps, boot_time
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
-from robotont_driver.ros.worker import boot_time
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.still_pad import StillPad

@@ -2,7 +2,8 @@
 
 import threading
 
-from robotont_driver.ros.worker import Worker, boot_time
+from robotont_driver.command.command_age import boot_time
+from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.goal import NOT_THERE, Outcome
 
 OLDEST = 3.0  # [s] of a goal that goes out: to check it asks the master, which may be gone or hang

@@ -1,31 +1,17 @@
-"""The guard: its arithmetic, and hands that drive the simulated robot at walls, corners, posts and chair legs."""
+"""The guard's arithmetic."""
 
 import math
-import random
 from collections import namedtuple
 
 import numpy as np
 import pytest
-from guarded_drive import (
-    AROUND,
-    CAMERA,
-    CONE,
-    LIMITS,
-    RADIUS,
-    SCAN_BOUNDS,
-    GuardedDrive,
-    make_guard,
-    place,
-)
+from guarded_drive import AROUND, CAMERA, CONE, LIMITS, RADIUS, SCAN_BOUNDS, make_guard, place
 from hypothesis import given
 from hypothesis import strategies as st
 
 from robotont_description.geometry import rotation_of
-from robotont_driver.kinematics.se2 import arc, compose
-from robotont_simulator.scenery import box
-from robotont_simulator.world import read_world
+from robotont_driver.kinematics.se2 import arc
 from robotont_teleop.mux import guard_sensors
-from robotont_testing import places
 
 SPEEDS = (0.1, 0.2, 0.3, 0.5, 0.65, 0.8)  # [m/s]
 BOUNDS = (0.12, 4.0)  # [m] of a laser scanner
@@ -33,7 +19,6 @@ FAR = np.full(len(AROUND), math.inf)
 SIDE, REST, REACTION, READINGS = 0.025, 0.055, 0.1, 7  # as documented
 Quaternion = namedtuple("Quaternion", "x y z w")
 Measured = namedtuple("Measured", "radius floor top pid_frequency", defaults=(50.0,))
-SMALL_CIRCLES = (1, 41)  # seeds of which each touched
 STOP, AHEAD, HAND = (0.0, 0.0, 0.0), (0.8, 0.0, 0.0), 0.8
 SLOW = pytest.approx(0.3)  # [m/s], the blind speed
 numbers = st.floats(-2.0, 2.0)
@@ -250,22 +235,6 @@ def test_no_reading_takes_nothing_back_before_the_reading_is_old_and_then_it_is_
     assert speed_of(guard, now=100.9) == SLOW
 
 
-@pytest.mark.parametrize("missed", [math.inf, math.nan, 0.0])
-def test_a_leg_that_every_sixth_scan_shows_is_not_touched(missed):
-    drive, number = GuardedDrive([box(1.5, 0.0, 0.02, 0.02, 0.4)], (0.0, 0.0, 0.0)), [0]
-    look = drive._look
-
-    def flicker(at):
-        number[0] += 1
-        (name, where, angles, ranges, *rest), = look(at)
-        return [(name, where, angles, np.where(np.isfinite(ranges) & (number[0] % 6 > 0), missed, ranges), *rest)]
-    drive._look = flicker
-    drive.drive(STOP, 1.0)
-    drive.drive((0.8, 0.0, 0.0), 6.0)
-    assert not drive.touched
-    assert drive.simulation.pose()[0] > 1.0
-
-
 def test_two_sensors_and_two_scans_of_one_name_both_count():
     for names in (("front", "back"), ("laser", "laser")):
         guard = make_guard()
@@ -421,109 +390,3 @@ def test_who_turns_back_before_a_wall_is_stopped_first():
     assert guard.limit((0.0, 0.5, 0.0), 100.0) == (0.0, 0.5, 0.0)
     show(guard, scan_of(0.3), 100.0, period=0.001)
     assert guard.limit((0.0, 0.5, 0.0), 100.0) == STOP
-
-
-def obstacle(kind, way, chance):
-    """Boxes that stand in a direction [rad] from the origin."""
-    distance, ahead = chance.uniform(1.2, 1.6), np.exp(1j * way)
-    size = {"pillar": 0.12, "post": 0.08, "leg": 0.02}.get(kind)
-    if size:
-        at = ahead * complex(distance, chance.uniform(-0.14, 0.14))
-        return [box(at.real, at.imag, size, size, chance.uniform(0.0, 3.0))]
-    tilts = [chance.uniform(-1.0, 1.0)] if kind == "wall" else chance.uniform(-0.6, 0.6) + np.array([-0.8, 0.8])
-    middles = [(distance + 0.05) * ahead * np.exp(1j * tilt) for tilt in tilts]
-    return [box(at.real, at.imag, 0.1, 8.0, np.angle(at)) for at in middles]
-
-
-@pytest.mark.parametrize("drives", [(3, 4, 5, 11, 23), pytest.param(range(600), marks=pytest.mark.long)])
-def test_hands_stop_before_walls_corners_posts_and_chair_legs(drives):
-    for number in drives:
-        chance, speed = random.Random(number), SPEEDS[number % 6]
-        sensor = (AROUND, CAMERA, None, AROUND)[number // 4 % 4]
-        kind = ("wall", "corner", "post", "leg")[number % 4]
-        if sensor is None and kind in ("post", "leg"):
-            kind = "pillar"  # what is thinner fits between two cones
-        bearing = chance.uniform(-0.15, 0.15) if sensor is CAMERA else chance.uniform(-math.pi, math.pi)
-        heading = chance.uniform(-math.pi, math.pi)
-        drive = GuardedDrive(obstacle(kind, heading + bearing, chance), (0.0, 0.0, heading), sensor)
-        drive.drive(STOP, 0.4)
-        fastest = drive.drive((speed * math.cos(bearing), speed * math.sin(bearing), 0.0), 2.5 / speed + 1.0)
-        print(number, kind, speed, f"{fastest:.2f} m/s, gap {drive.gap():.3f} m, {drive.guard.held}")
-        assert fastest > 0.95 * speed
-        assert not drive.touched
-        assert SIDE <= drive.nearest <= drive.gap() + 0.005 <= 0.185
-
-
-def stand_near(chance):
-    """A drive that stands where the scanner does not measure any more what is before it, in any direction."""
-    gap, beside, kind = chance.uniform(0.03, 0.14), chance.uniform(-0.12, 0.12), chance.choice(("end", "corner", "leg"))
-    length, width, yaw = {"end": (2.0, 0.1, 0.0), "corner": (1.0, 1.0, math.pi / 4),
-                          "leg": (0.1, 0.1, chance.uniform(0.0, 1.5))}[kind]
-    depth = length / 2 if kind != "corner" else length / math.sqrt(2)
-    heading = chance.uniform(-math.pi, math.pi)
-    drive = GuardedDrive([box(RADIUS + gap + depth, beside, length, width, yaw)], (-0.3, 0.0, heading))
-    drive.drive(STOP, 0.5)
-    limit, drive.guard.limit = drive.guard.limit, lambda twist, _now: twist
-    drive.drive((0.15 * math.cos(heading), -0.15 * math.sin(heading), 0.0), 2.0)
-    drive.drive(STOP, 0.6)
-    drive.guard.limit, drive.nearest = limit, drive.gap()
-    return drive
-
-
-@pytest.mark.parametrize("seeds", [SMALL_CIRCLES, pytest.param(range(150), marks=pytest.mark.long)])
-def test_no_small_circle_leads_into_what_is_too_near_to_be_measured(seeds):
-    for seed in seeds:
-        chance = random.Random(seed)
-        drive = stand_near(chance)
-        for _ in range(4 if drive.gap() > 0.005 else 0):
-            speed, bearing = chance.choice((0.05, 0.1, 0.15, 0.2, 0.3)), chance.uniform(-math.pi, math.pi)
-            turn = chance.choice((-1, 1)) * chance.uniform(0.4, 2.0)
-            drive.drive((speed * math.cos(bearing), speed * math.sin(bearing), turn), 2.0)
-        assert not drive.touched, (seed, drive.guard.held)
-
-
-def test_a_sensor_that_is_unplugged_in_mid_drive_slows_the_robot():
-    drive = GuardedDrive([box(9.0, 0.0, 0.1, 4.0, 0.0)], (0.0, 0.0, 0.0))
-    drive.drive((0.8, 0.0, 0.0), 1.2)
-    drive.plugged = False
-    drive.drive((0.8, 0.0, 0.0), 1.2)
-    assert 0.25 < drive.drive((0.8, 0.0, 0.0), 0.3) < 0.35
-
-
-@pytest.mark.parametrize(("seed", "minutes", "nearest"), [(5, 0.2, 0.12), (5, 0.2, SCAN_BOUNDS[0]), *(
-    pytest.param(seed, 30, SCAN_BOUNDS[0], marks=pytest.mark.long) for seed in (4242, 90210, 5, 77, 31337, 777))])
-def test_free_driving_in_the_room_has_no_false_stop(seed, minutes, nearest):
-    """Random hands, also at walls: nothing is touched, and slowed only what could not stop comfortably, seeing it."""
-    world, chance = read_world(places.config("worlds/room.yaml")), random.Random(seed)
-    drive = GuardedDrive(world.solids, world.start, bounds=(nearest, SCAN_BOUNDS[1]))
-    drive.drive(STOP, 0.4)
-    held = false = 0
-    def gaps_on(pose, twist, way):
-        steps = np.arange(0.0, way, 0.02) / max(1e-3, math.hypot(*twist[:2]))
-        return [drive.gap(*compose(pose, arc(np.multiply(twist, step)))) for step in steps]
-
-    def free(pose, twist):
-        """Whether the robot can stop comfortably on the way of the twist, and goes on seeing what it nears.
-
-        What it would touch is hidden for the last part of the way: beside what is hidden it has to stop before that.
-        """
-        speed = math.hypot(*twist[:2])
-        needed = speed ** 2 / 2 / LIMITS.linear_acceleration + speed * (0.1 + 0.2) + 0.1
-        hidden = nearest + 0.03 - RADIUS  # [m] between the footprint and what is hardly measured
-        now, *_ = gaps = gaps_on(pose, twist, needed)
-        return min(gaps) > max(0.03, min(hidden, now - 0.02)) and (
-            now > hidden or min(gaps_on(pose, twist, needed + hidden)) > 0.03)
-
-    for _ in range(round(minutes * 30)):
-        speed, bearing = chance.choice(SPEEDS), chance.uniform(-math.pi, math.pi)
-        twist = speed * math.cos(bearing), speed * math.sin(bearing), chance.choice((0.0, chance.uniform(-1.5, 1.5)))
-        for _period in range(100):
-            before, pose, moving = drive.held, drive.simulation.pose(), drive.simulation.twist()
-            drive.drive(twist, 0.02)
-            if drive.held > before:
-                held += 1
-                false += free(pose, twist) and free(pose, moving)
-    print(f"{minutes} min: {held * 0.02:.1f} s slowed, {false} periods without a reason, next {drive.nearest:.3f} m")
-    assert not drive.touched
-    assert held
-    assert not false

@@ -1,0 +1,103 @@
+"""What a fleet is set up with: keys, names, passwords, maps, ports; and its metrics. Without a network."""
+
+import re
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from prometheus_client.parser import text_string_to_metric_families
+
+from robotont_fleet import zenoh_keys as keys
+from robotont_fleet.fleet_page import arguments, read_ground
+from robotont_fleet.zenoh_setup import add_users, read_users, router_settings
+from robotont_teleop.web.metrics import metrics
+from robotont_teleop.web.page_setup import SetUpError
+from robotont_testing.harness import tool_module
+
+
+def test_keys_are_those_of_the_bridge_and_of_rosbags_typestore():
+    assert keys.ros_key(keys.BATTERY, "r1").startswith(b"sensor_msgs/BatteryState".hex() + "/")
+    typesys = tool_module("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.ROS1_NOETIC)
+    store.register(typesys.get_types_from_msg("geometry_msgs/TransformStamped[] transforms", "tf2_msgs/msg/TFMessage"))
+    for topic in (*keys.OUT, *keys.IN):
+        package, name = topic[1]._type.split("/")
+        assert keys.ros_key(topic, "r1").split("/", 2)[1] == store.generate_msgdef(f"{package}/msg/{name}")[1]
+
+
+@pytest.mark.parametrize("name", ["", "*", "a/b", "r1/**", "-r", "ä", "r" * 42, "teacher", "Teacher"])
+def test_a_name_that_is_no_part_of_a_key_or_the_teachers_is_refused(name):
+    with pytest.raises(ValueError, match="allowed"):
+        keys.check_name(name)
+
+
+def test_each_robot_gets_its_own_keys_only(tmp_path):
+    users = add_users(tmp_path / "users", ["order", "r2"])
+    assert read_users(tmp_path / "users") == users
+    access = router_settings("0.0.0.0", 7447, users=users, users_file=tmp_path / "users")["access_control"]
+    rules = {rule["id"]: rule["key_exprs"] for rule in access["rules"]}
+    assert rules["teacher"] == ["**"]
+    assert all("/order/" in key for key in rules["order"])
+    assert access["default_permission"] == "deny"
+    users.pop("teacher")
+    with pytest.raises(ValueError, match="users: found no teacher, allowed: .*--add"):
+        router_settings("0.0.0.0", 7447, users=users, users_file=tmp_path / "users")
+    (tmp_path / "users").chmod(0o644)
+    with pytest.raises(ValueError, match="600"):
+        read_users(tmp_path / "users")
+
+
+def test_robots_that_are_added_at_once_all_have_their_passwords(tmp_path):
+    with ThreadPoolExecutor(8) as starts:
+        list(starts.map(lambda number: add_users(tmp_path / "users", [f"r{number}"]), range(40)))
+    assert set(read_users(tmp_path / "users")) == {"teacher", *(f"r{number}" for number in range(40))}
+
+
+@pytest.mark.parametrize("content, words", [
+    (b"r1:abcdefgh\nno colon", "users: found no colon in line 2, allowed: NAME:PASSWORD"),
+    (b"\0" * 30, "found no colon in line 1"), (b"\xff:x", None), (b"x" * 10 ** 6, "it has more than"), (b"", None)])
+def test_passwords_of_any_content_are_read_or_refused_with_words(tmp_path, content, words):
+    (tmp_path / "users").write_bytes(content)
+    (tmp_path / "users").chmod(0o600)
+    if words is None:
+        assert len(read_users(tmp_path / "users")) == bool(content)
+    else:
+        with pytest.raises((ValueError, OSError), match=words):
+            read_users(tmp_path / "users")
+
+
+@pytest.mark.parametrize("yaml, image, words", [
+    ("image: a.pgm\n", b"", "[Errno 22]|cannot identify|allowed"), ("resolution: 1\n", b"", "found no 'image'"),
+    ("", b"", "found no 'image'"), ("- 1", b"", "found [1], allowed"), ("\xff", b"", "allowed"),
+    ("image: a.pgm\nresolution: 0.1\norigin: 3\n", b"P5\n1 1\n255\n0", "allowed: a map of map_server"),
+    ("image: a.pgm\nresolution: 0.1\norigin: [0, 0, 1]\n", b"P5\n1 1\n255\n0", "found a turned map"),
+    ("image: a.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n", b"P5\n100000 100000\n255\n0", "allowed"),
+    ("image: .\n", b"", "it is no file")])
+def test_a_map_that_is_none_is_refused_with_words(tmp_path, yaml, image, words):
+    (tmp_path / "m.yaml").write_bytes(yaml.encode("latin-1"))
+    (tmp_path / "a.pgm").write_bytes(image)
+    with pytest.raises(SetUpError) as raised:
+        read_ground(tmp_path / "m.yaml")
+    assert str(raised.value).startswith(f"--map {tmp_path}/m.yaml: ")
+    assert re.search(words.replace("[1]", r"\[1\]"), str(raised.value))
+
+
+def test_metrics_are_read_by_prometheus_own_parser():
+    text = metrics([{"name": "r1", "id": "a", "up": True, "age": None}, {"name": "r2", "up": False, "age": 0.5}],
+                   {"r1": {'a "task"\n': {"level": 2}}, "r2": {"half \ud800": {"n": 3}}}).decode()
+    found = {family.name: [(*map(one.labels.get, ("robot", "id", "task", "key")), one.value) for one in family.samples]
+             for family in text_string_to_metric_families(text)}
+    assert found["robotont_up"] == [("r1", "a", None, None, 1.0), ("r2", "", None, None, 0.0)]
+    assert found["robotont_state_age_seconds"] == [("r2", "", None, None, 0.5)]
+    assert found["robotont_diagnostic"] == [("r1", None, 'a "task"\n', "level", 2.0), ("r2", None, "half ?", "n", 3.0)]
+
+
+@pytest.mark.parametrize("words, found", [
+    (["--port", "99999999"], "--port: found '99999999', allowed: 0 to 65535"),
+    (["--router-port", "-1"], "expected one argument|found '-1'"),
+    (["--router", "10.0.0.1"], "--router: found '10.0.0.1', allowed: tcp/ADDRESS:PORT")])
+def test_a_port_or_router_that_is_none_is_refused(words, found, capsys):
+    """The page of port 99999999 was at 57599."""
+    with pytest.raises(SystemExit):
+        arguments(words)
+    assert re.search(found, capsys.readouterr().err)
+    assert arguments(["--router", "tls/[fe80::1%eth0]:7447", "--port", "0"]).router == "tls/[fe80::1%eth0]:7447"

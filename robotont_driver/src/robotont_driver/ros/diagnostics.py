@@ -1,5 +1,6 @@
 """Health of a node on /diagnostics (REP 107)."""
 
+import contextlib
 import threading
 
 import rospy
@@ -23,7 +24,9 @@ class Health:
         self._hardware = hardware
         self._subjects = subjects
         self._due = threading.Event()
-        self._period = rospy.get_param(self._node + "/diagnostic_period", 1.0)
+        self._period = 1.0
+        with contextlib.suppress(OSError):  # the master has just gone: a node that is there already lives on
+            self._period = rospy.get_param(self._node + "/diagnostic_period", self._period)
         self._publisher = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
         Worker(self._publish)
 

@@ -16,7 +16,7 @@ import rospy
 from actionlib_msgs.msg import GoalStatusArray
 from sensor_msgs.msg import BatteryState
 
-from robotont_driver.command.command_age import boot_time
+from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import refuse, run_without_wheels

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from robotont_driver.command.command_age import boot_time
+from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.parameters.files import read_file, read_mapping, write_file
 from robotont_fleet import zenoh_keys as keys

@@ -4,7 +4,7 @@ import asyncio
 
 import tornado.web
 
-from robotont_driver.command.command_age import boot_time
+from robotont_driver.link.boot_clock import boot_time
 from robotont_fleet.known_robots import REPEAT, SILENT
 from robotont_fleet.messages import TO_PAGE, read_order
 from robotont_fleet.zenoh_keys import check_name

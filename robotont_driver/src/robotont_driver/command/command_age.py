@@ -3,12 +3,8 @@
 Behind a gap all that waited comes at once. So what comes within the first SETTLING behind one does not drive.
 """
 
-import functools
 import math
-import time
 
-# [s] of a steady clock that goes on while the machine is suspended, as time.monotonic() does not
-boot_time = functools.partial(time.clock_gettime, time.CLOCK_BOOTTIME)
 SETTLING = 0.3   # [s]
 SILENCE = 0.5    # [s] of a sender on another machine, behind which its commands may have waited
 MOST_KNOWN = 64  # connections

@@ -8,12 +8,13 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool, Float64, String
 from std_srvs.srv import Trigger, TriggerResponse
 
-from robotont_driver.command.command_age import Arrivals, boot_time
+from robotont_driver.command.command_age import Arrivals
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.emergency_stop import EmergencyStop
 from robotont_driver.command.limits import Limits
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import doubts
+from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.protocol import Packet, format_packet
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name

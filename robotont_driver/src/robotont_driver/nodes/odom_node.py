@@ -11,8 +11,8 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Empty, EmptyResponse, Trigger, TriggerResponse
 from tf2_msgs.msg import TFMessage
 
-from robotont_driver.command.command_age import boot_time
 from robotont_driver.kinematics.kinematics import SOLVERS, Kinematics
+from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.odometry.gyro import Gyro
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.odometry.odometry_stamps import LARGEST_DRIFT, SECOND, OdometryStamps

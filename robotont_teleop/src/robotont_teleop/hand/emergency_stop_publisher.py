@@ -5,7 +5,7 @@ import threading
 import rospy
 from std_msgs.msg import Bool, String
 
-from robotont_driver.command.command_age import boot_time
+from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.service_request import ServiceRequest
 

@@ -7,7 +7,8 @@ Between joy_node, which repeats the newest state for ever, and teleop_twist_joy,
 import rospy
 from sensor_msgs.msg import Joy
 
-from robotont_driver.command.command_age import SILENCE, Gaps, boot_time
+from robotont_driver.command.command_age import SILENCE, Gaps
+from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels

@@ -12,7 +12,8 @@ import rosgraph
 import rospy
 
 from robotont_driver.command.command_age import SILENCE as GAP
-from robotont_driver.command.command_age import Gaps, boot_time
+from robotont_driver.command.command_age import Gaps
+from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import answer_help, own_parameters
 from robotont_driver.rospy_repairs.rospy_process import end_soon, init_tool

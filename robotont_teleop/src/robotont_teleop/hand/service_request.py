@@ -5,7 +5,7 @@ import threading
 import rospy
 from std_srvs.srv import Trigger, TriggerRequest
 
-from robotont_driver.command.command_age import boot_time
+from robotont_driver.link.boot_clock import boot_time
 
 OLDEST = 1.0   # [s] a service that could not be asked within this time is not asked any more
 LONGEST = 3.0  # [s] after which a call without an answer has failed; an answer that comes later is ignored

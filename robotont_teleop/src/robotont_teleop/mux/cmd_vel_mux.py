@@ -11,8 +11,9 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Float32, String
 from std_srvs.srv import Trigger, TriggerResponse
 
-from robotont_driver.command.command_age import Arrivals, boot_time
+from robotont_driver.command.command_age import Arrivals
 from robotont_driver.command.command_stream import refuse
+from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels

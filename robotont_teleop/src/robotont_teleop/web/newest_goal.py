@@ -2,7 +2,7 @@
 
 import threading
 
-from robotont_driver.command.command_age import boot_time
+from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.goal import NOT_THERE, Outcome
 

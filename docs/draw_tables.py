@@ -34,10 +34,10 @@ HEAD = """<!-- Written by docs/draw_tables.py: `./robotont docs`. -->
 Names of topics are relative. Most nodes publish on `/diagnostics`, too. Beside a parameter stands its default, behind
 the meaning what is allowed.
 
-A node reads its parameters as it starts. After `rosparam set`, end it by `rosnode kill NODE`: roslaunch starts the
-robot's nodes again. A wrong value ends the node, with a message that says what is allowed. Your robot's values stand in
-[its folder](robots.md). With `composed:=true` the driver's three nodes are one, `/robotont_node`. It has their topics
-and parameters, but takes no `serial_write` or `serial_read` of other processes.
+A node reads its parameters as it starts. After `rosparam set`, end it by `rosnode kill NODE`: roslaunch starts
+driver_node, serial_com_node, odom_node and cmd_vel_mux again. Start others anew by hand. A wrong value ends the node,
+with a message that says what is allowed. Your robot's values stand in [its folder](robots.md).
+With `composed:=true` the driver's three nodes are one, `/robotont_node`. It has their topics, reads their parameters under their names, and takes no `serial_write` or `serial_read` of other processes.
 """
 SYSTEMS = """
 ## Systems
@@ -99,7 +99,7 @@ def launch_files():
     """Lines about every launch file."""
     yield from ("", "## Launch files", "", "`roslaunch robotont_bringup FILE name:=value ...`. roslaunch ignores a "
                 "misspelt name; `roslaunch --ros-args robotont_bringup FILE` lists them. `namespace` is put before all "
-                "topics: for two robots on one master.")
+                "topics but `/tf`, `/tf_static` and `/diagnostics`: for two robots on one master.")
     for file in sorted((FOLDER.parent / "launch").glob("*.launch")):
         comment = re.search(r"<!--\s*(.*?)\s*-->", file.read_text(), re.DOTALL)[1]
         comment = re.sub(r"docs/(([\w-]+)\.md)", r"[\2](\1)", re.sub(r"\s+", " ", comment))

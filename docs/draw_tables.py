@@ -37,7 +37,8 @@ the meaning what is allowed.
 A node reads its parameters as it starts. After `rosparam set`, end it by `rosnode kill NODE`: roslaunch starts
 driver_node, serial_com_node, odom_node and cmd_vel_mux again. Start others anew by hand. A wrong value ends the node,
 with a message that says what is allowed. Your robot's values stand in [its folder](robots.md).
-With `composed:=true` the driver's three nodes are one, `/robotont_node`. It has their topics, reads their parameters under their names, and takes no `serial_write` or `serial_read` of other processes.
+With `composed:=true` the driver's three nodes are one, `/robotont_node`. It has their topics, reads their parameters
+under their names, and takes no `serial_write` or `serial_read` of other processes.
 """
 SYSTEMS = """
 ## Systems

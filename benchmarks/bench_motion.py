@@ -23,7 +23,7 @@ from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware import config
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.mujoco_model import ROLLERS, TIMESTEP
-from robotont_simulator.simulated_board import SimulatedMotors, make_simulation
+from robotont_simulator.simulated_board import make_simulation
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing.figures import percentile, row
@@ -126,7 +126,7 @@ class OfficialRobot:
     def __init__(self):
         wheels = read_robot("robotont2").wheels
         self._simulation = make_simulation("robotont2", wheels, FLOOR, 0)
-        self._board = BOARDS["robotont2"](SimulatedMotors(self._simulation))
+        self._board = BOARDS["robotont2"](self._simulation)
         self._kinematics = Kinematics(wheels)
 
     def drive(self, twists):

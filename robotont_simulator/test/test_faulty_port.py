@@ -9,6 +9,7 @@ OWNER = """
 import sys, time
 from robotont_simulator.faulty_port import Port
 port = Port(sys.argv[1])
+port.plug()
 print("ready", flush=True)
 time.sleep(100)
 """
@@ -24,11 +25,12 @@ def simulator(tmp_path):
 def test_the_port_of_a_running_simulator_is_not_taken_that_of_a_killed_one_is(tmp_path, simulator):
     device = os.readlink(str(tmp_path / "port"))
     with pytest.raises(ValueError, match="is in use: end the simulator that has it"):
-        Port(str(tmp_path / "port"))
+        Port(str(tmp_path / "port")).plug()
     assert os.readlink(str(tmp_path / "port")) == device
     simulator.kill()
     simulator.wait()
     port = Port(str(tmp_path / "port"))
+    port.plug()
     port.unplug()
     assert list(tmp_path.iterdir()) == []
 
@@ -36,7 +38,7 @@ def test_the_port_of_a_running_simulator_is_not_taken_that_of_a_killed_one_is(tm
 def test_a_link_to_something_else_is_left_alone(tmp_path):
     (tmp_path / "port").symlink_to("/dev/null")
     with pytest.raises(ValueError, match="leads to /dev/null, which is in use"):
-        Port(str(tmp_path / "port"))
+        Port(str(tmp_path / "port")).plug()
     assert os.readlink(str(tmp_path / "port")) == "/dev/null"
 
 
@@ -48,7 +50,7 @@ def test_a_name_that_no_port_can_have_is_explained(tmp_path, name, words):
     (tmp_path / "folder").mkdir()
     (tmp_path / "file").write_text("")
     with pytest.raises(ValueError, match="allowed: ") as raised:
-        Port(str(tmp_path / name) if name else "")
+        Port(str(tmp_path / name) if name else "").plug()
     assert words in str(raised.value)
     assert "allowed: " in str(raised.value)
     assert len(os.listdir(str(tmp_path))) == 2
@@ -58,8 +60,7 @@ def test_unplugged_and_plugged_in_again(tmp_path):
     (tmp_path / "port").symlink_to("/dev/pts/99999")  # a dangling link is replaced
     port = Port(str(tmp_path / "port"))
     for _ in range(3):
-        port.unplug()
-        assert list(tmp_path.iterdir()) == []
         port.plug()
         assert os.path.exists(port.link)
-    port.unplug()
+        port.unplug()
+        assert list(tmp_path.iterdir()) == []

@@ -12,7 +12,7 @@ from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.connection import KINDS
 from robotont_driver.protocol.plain import parse_packet
 from robotont_driver.protocol.protocol import format_packet
-from robotont_simulator.simulated_board import SimulatedMotors, make_simulation
+from robotont_simulator.simulated_board import make_simulation
 from robotont_simulator.world import World
 from robotont_testing.robots import ROBOTONT2, SHIPPED
 
@@ -27,7 +27,7 @@ class Drive:
     def __init__(self, name):
         wheels = read_wheels(ROBOTONT2)
         self.simulation = make_simulation(name, wheels, FLOOR, 1)
-        self.board = BOARDS[name](SimulatedMotors(self.simulation))
+        self.board = BOARDS[name](self.simulation)
         self.kinematics = Kinematics(wheels)
         self.odometry = WheelOdometry(self.kinematics, PERIOD, 0.008)
         self.protocol = KINDS[name](wheels)

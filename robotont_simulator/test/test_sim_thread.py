@@ -1,5 +1,6 @@
 """A simulator whose thread has ended by an error."""
 
+import threading
 import types
 
 import pytest
@@ -10,12 +11,13 @@ from robotont_simulator.simulator_node import SimulatorNode
 
 def test_its_death_is_an_error_in_the_diagnostics():
     node = SimulatorNode.__new__(SimulatorNode)
-    node._late_before, node._died = 0, ""
-    node._simulation = types.SimpleNamespace(time=1.0)
-    node._board = types.SimpleNamespace(pace=types.SimpleNamespace(late=0), run=lambda: None)
+    node._late_before, node._died, node._stopping = 0, "", threading.Event()
+    node._simulation, node._pace = types.SimpleNamespace(time=1.0), types.SimpleNamespace(late=0)
+    node._advance = node._stopping.set
     node._run()
     assert node._report()[0] == OK
-    node._board.run = lambda: {}[""]
+    node._stopping.clear()
+    node._advance = lambda: {}[""]
     with pytest.raises(KeyError):
         node._run()
     level, words, _ = node._report()

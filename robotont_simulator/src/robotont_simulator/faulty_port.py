@@ -10,7 +10,7 @@ from robotont_driver.link import serial_port
 
 
 class Port:
-    """A serial port under the name `link`; plugged in from the start.
+    """A serial port under the name `link`, once it is plugged in.
 
     byte_errors: rate of bytes that are replaced by random ones, both ways, or only from the board to the PC where
     `spoil_commands` is false.
@@ -21,7 +21,6 @@ class Port:
         self.byte_errors = 0.0
         self._random = random.Random(seed)
         self._master = None
-        self.plug()
 
     def plug(self):
         """Appear, if not there. Raises ValueError when the name cannot be used, or belongs to another process."""

@@ -5,8 +5,7 @@ from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.protocol.checked import Checked, add_checksum
 from robotont_driver.protocol.protocol import format_packet
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_firmware.main_loop import Controller
-from robotont_simulator.simulated_board import SimulatedBoard, configuration
+from robotont_simulator.simulated_board import SimulatedBoard
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 
@@ -25,16 +24,11 @@ class LockstepRun:
 
     def __init__(self, simulation, believed=None):
         wheels = believed or simulation.wheels
-        self.simulation = simulation
-        self.kinematics = Kinematics(wheels)
+        self.simulation, self.kinematics = simulation, Kinematics(wheels)
         self.odometry = WheelOdometry(self.kinematics, 1.0 / wheels.pid_frequency, 0.01)
         self.counts, self.path = [], []
-        self._to_board = bytearray()
-        self._reader = Checked(wheels)
-        self._board = SimulatedBoard(simulation, self, lambda: True)
-        numbers = configuration(wheels, *simulation.inertia)
-        self._controller = Controller(self._board, numbers, wheels.amount, "simulated")
-        self._controller.start()
+        self._to_board, self._reader = bytearray(), Checked(wheels)
+        self._board = SimulatedBoard(simulation, self, wheels)
 
     @property
     def status(self):
@@ -46,7 +40,7 @@ class LockstepRun:
         for twist in twists:
             if twist is not None:
                 self._to_board += add_checksum(format_packet(self.kinematics.units_of_twist(twist), 2))
-            self._controller.step(self._board.wait_tick())
+            self._board.advance(lambda: None)
 
     def hold(self, twist, seconds):
         """Command one twist for a time; the newest pose of the odometry and of the truth."""

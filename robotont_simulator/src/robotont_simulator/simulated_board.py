@@ -1,6 +1,5 @@
 """Boards on the simulated robot: with this project's firmware (see robotont_firmware.main_loop), or an official one."""
 
-import itertools
 import math
 import time
 import types
@@ -77,55 +76,48 @@ class Pace:
 
 
 class SimulatedBoard:
-    """Stand-in for the hardware of the firmware's loop; `run` runs that.
+    """The firmware of this project on a `Simulation`; the rest is what its loop needs of a board.
 
-    line: an object with read(size) -> bytes and write(bytes), the board's end of the serial line.
-    on_tick(): called once per period, after the physics; returns whether to go on.
-    rate: [Hz] of the periods in real time; 0: as fast as possible.
+    line: an object with read(size) -> bytes and write(bytes), the board's end of the serial line. wheels: what the
+    firmware is told, the true ones where None. Raises ValueError for a robot that it cannot drive.
     """
 
-    dead = ""
+    dead, longest = "", LONGEST_STALL
 
-    def __init__(self, simulation, line, on_tick, rate=0.0):
-        self.line, self.pace = line, Pace(1.0 / rate, LONGEST_STALL) if rate else None
-        self._power_failed = False
-        self._simulation = simulation
-        self._on_tick = on_tick
+    def __init__(self, simulation, line, wheels=None):
+        self.simulation, self.line = simulation, line
+        self._wheels = wheels or simulation.wheels
+        self._numbers = configuration(self._wheels, *simulation.inertia)
+        self.period = 1.0 / self._wheels.pid_frequency  # [s]
+        self._controller, self._cause, self._dark = None, "simulated", 0  # dark: [periods] that it will do nothing
 
-    def run(self):
-        """Run the firmware until the simulation ends, through every failure of the board's supply."""
-        cause, wheels = "simulated", self._simulation.wheels
-        while True:
-            controller = Controller(self, configuration(wheels, *self._simulation.inertia), wheels.amount, cause)
-            controller.start()
-            controller.run()
-            if not self._power_failed:
-                return
-            for _ in range(round(DARK * wheels.pid_frequency)):
-                self.wait_tick()
-            while self.line.read(4096):
-                pass  # lost
-            self._power_failed, cause = False, "power"
+    def advance(self, wait):
+        """Let a period pass, `wait()` until it is over, and send its packet; true."""
+        if not self._controller and not self._dark:
+            self._controller = Controller(self, self._numbers, self._wheels.amount, self._cause)
+            self._controller.start()
+        self.simulation.step()
+        wait()
+        if self._controller:
+            self._controller.step(1)
+        else:
+            self._dark -= 1
+            self.line.read(4096)  # lost
+        return True
 
     def fail(self):
-        """Let the board's supply break down at the end of this period."""
-        self._power_failed = True
-
-    def wait_tick(self):
-        """Let one period pass; 1, or 0 to end."""
-        self._simulation.step()
-        if self.pace:
-            self.pace.wait()
-        return 1 if self._on_tick() and not self._power_failed else 0
+        """Let the board's supply break down."""
+        self.simulation.efforts[:] = 0.0
+        self._controller, self._cause, self._dark = None, "power", round(DARK / self.period)
 
     def counts(self, totals):
         """Fill in the encoders' counters."""
-        for wheel, count in enumerate(self._simulation.counters):
+        for wheel, count in enumerate(self.simulation.counters):
             totals[wheel] = int(count)
 
     def drive(self, wheel, effort):
         """Put the effort (-FULL_EFFORT..FULL_EFFORT) on a motor."""
-        self._simulation.efforts[wheel] = effort / config.FULL_EFFORT
+        self.simulation.efforts[wheel] = effort / config.FULL_EFFORT
 
     def fault(self, _wheel):
         """No motor driver, no fault."""
@@ -133,7 +125,7 @@ class SimulatedBoard:
 
     def battery(self):
         """[mV] of the battery."""
-        return round(self._simulation.voltage * 1000)
+        return round(self.simulation.voltage * 1000)
 
     def read(self, buffer):
         """Read the waiting bytes."""
@@ -144,33 +136,6 @@ class SimulatedBoard:
     def write(self, buffer, size):
         """Send buffer[0:size]."""
         self.line.write(bytes(buffer[:size]))
-
-    def feed(self):
-        """No watchdog."""
-
-    def stop(self):
-        """All motors off."""
-        self._simulation.efforts[:] = 0.0
-
-
-class SimulatedMotors:
-    """The motors and encoders of a `Simulation` for a board of robotont_boards."""
-
-    def __init__(self, simulation):
-        self._simulation = simulation
-        self._period = 1.0 / simulation.wheels.pid_frequency
-        self._before = simulation.counters
-        self._owed = 0.0  # [s] that have passed on the board and not in the simulation
-
-    def turn(self, efforts, seconds):
-        """Let time pass with efforts from -1 to 1; edges, integers, that the encoders have counted in it."""
-        self._simulation.efforts[:] = efforts
-        self._owed += seconds
-        while self._owed > self._period / 2:
-            self._owed -= self._period
-            self._simulation.step()
-        before, self._before = self._before, self._simulation.counters
-        return ((self._before - before + 0x8000) % 0x10000 - 0x8000).tolist()
 
 
 def make_simulation(name, wheels, world, seed, imu_rate=0.0):
@@ -183,31 +148,21 @@ def make_simulation(name, wheels, world, seed, imu_rate=0.0):
 
 
 class OfficialFirmware:
-    """Runs a board of robotont_boards in real time: `line` has read(size) and write(bytes), the board's end.
+    """A board of robotont_boards on a `Simulation` of `make_simulation`; line: as of `SimulatedBoard`."""
 
-    on_tick(): called every 20 ms; returns whether to go on.
-    """
+    period, longest = LOOK, OFFICIAL_STALL
 
-    def __init__(self, name, simulation, line, on_tick):
-        self._board = BOARDS[name](SimulatedMotors(simulation))
-        self._line = line
-        self._on_tick = on_tick
-        self.pace = Pace(LOOK, OFFICIAL_STALL)
+    def __init__(self, name, simulation, line):
+        self.simulation, self.line = simulation, line
+        self._board = BOARDS[name](simulation)
+        self._looks, self.dead = 0, ""  # dead: cause of the board's halt
 
-    @property
-    def dead(self):
-        """Cause of the board's halt; empty while it runs."""
-        return self._board.dead
-
-    def run(self):
-        """Serve until `on_tick` returns false."""
+    def advance(self, wait):
+        """`wait()` for the next look at the line, and let the time until it pass; whether 20 ms are over."""
+        wait()
         board = self._board
-        for look in itertools.count(1):
-            self.pace.wait()
-            for line in self._line.read(4096).splitlines(keepends=True):
-                board.receive(line, board.now)
-            data = board.advance(board.now + LOOK)
-            if data:
-                self._line.write(data)
-            if look % LOOKS == 0 and not self._on_tick():
-                return
+        for line in self.line.read(4096).splitlines(keepends=True):
+            board.receive(line, board.now)
+        self.line.write(board.advance(board.now + LOOK))
+        self._looks, self.dead = self._looks + 1, board.dead
+        return self._looks % LOOKS == 0

@@ -39,7 +39,7 @@ class Simulation:
         self._edges = np.zeros(wheels.amount, int)  # since the start, as the wheels turned
         self.encoders, self.powered = np.ones((2, wheels.amount), int)
         self.efforts = np.zeros(wheels.amount)
-        self._push_ends = 0.0  # [s]
+        self._push_ends = self._owed = 0.0  # [s]; owed: passed on an official board, and not here
         readings = max((part for part in range(1, self._steps + 1)
                         if self._steps % part == 0 and part * wheels.pid_frequency <= imu_rate), default=0)
         self._imu_steps = self._steps // readings if readings else 0
@@ -75,6 +75,16 @@ class Simulation:
         edges = np.floor(self.data.qpos[self._angles] * self.wheels.edges_per_turn / (2 * math.pi)).astype(int)
         self.counters = (self.counters + self.encoders * (edges - self._edges)) % 0x10000
         self._edges = edges
+
+    def turn(self, efforts, seconds):
+        """Let time pass with efforts from -1 to 1; edges, integers, in it: the motors of a board of robotont_boards."""
+        self.efforts[:] = efforts
+        self._owed += seconds
+        before = self.counters
+        while self._owed > 0.5 / self.wheels.pid_frequency:
+            self._owed -= 1.0 / self.wheels.pid_frequency
+            self.step()
+        return ((self.counters - before + 0x8000) % 0x10000 - 0x8000).tolist()
 
     def _read_imu(self):
         """Move on to the next reading of the inertial measurement unit: means since the one before, in base_link."""

@@ -44,21 +44,21 @@ class SimulatorNode:
     def __init__(self, _name, wheels, parameters):
         # the robot's protocol tells which firmware its board has; any that is not official is this project's
         packets = rospy.get_param("serial_com_node/packets", "")
+        official = packets in BOARDS
         try:
             world, others = company.shared(find_world(parameters["world"]), parameters["robots"],
                                            rospy.get_namespace())
             self._map = WorldMap(world, parameters["odom_frame"]) if parameters["odom_frame"] else None
-            if packets in BOARDS:
-                simulation = boards.make_simulation(packets, wheels, world, parameters["seed"], IMU_RATE)
-            else:
-                simulation = Simulation(wheels, world, parameters["seed"], IMU_RATE)
-                boards.configuration(wheels, *simulation.inertia)  # refuses what the firmware cannot drive
+            made = functools.partial(boards.make_simulation, packets) if official else Simulation
+            self._simulation = simulation = made(wheels, world, parameters["seed"], IMU_RATE)
             # one corrupted field can kill the official firmware
-            self._port = port = Port(parameters["port"], parameters["seed"], packets not in BOARDS)
+            self._port = port = Port(parameters["port"], parameters["seed"], not official)
+            self._board = board = boards.OfficialFirmware(packets, simulation, port) if official else \
+                boards.SimulatedBoard(simulation, port)
+            port.plug()
         except (OSError, ValueError) as error:
             rospy.logfatal("%s", error)
             raise SystemExit(1) from None
-        self._simulation = simulation
         self._orders = deque()  # functions to call between two periods
         self._sensors = Sensors(simulation, wheels.pid_frequency, parameters)
         for name, kind, lowest, highest, function in (
@@ -74,11 +74,9 @@ class SimulatorNode:
             rospy.Subscriber(f"~{name}", kind, self._on_fault, (name, lowest, highest, function))
         rospy.Subscriber("~visitor", Vector3, lambda message: self._order(simulation.put, 0, message.x, message.y))
         company.watch(others, functools.partial(self._order, simulation.put))
-        self._board = boards.OfficialFirmware(packets, simulation, port, self._on_tick) if packets in BOARDS else \
-            boards.SimulatedBoard(simulation, port, self._on_tick, wheels.pid_frequency)
         rospy.Service("~unplug", SetBool, self._on_unplug)
         rospy.Service("~brown_out", Trigger, self._on_brown_out)
-        self._late_before = 0
+        self._pace, self._late_before = boards.Pace(board.period, board.longest), 0
         self._died = ""  # of what
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -89,25 +87,26 @@ class SimulatorNode:
 
     def _run(self):
         try:
-            self._board.run()
+            while not self._stopping.is_set():
+                self._advance()
         except Exception as error:  # whatever it is: what stands still must not look as if it ran
             self._died = repr(error)
             raise
 
-    def _on_tick(self):
-        """Between two periods: carry out orders, publish; whether to go on."""
+    def _advance(self):
+        """Carry out orders, let the board's time pass, and publish."""
         while self._orders:
             try:
                 self._orders.popleft()()
             except ValueError as error:  # of a port that cannot be plugged in
                 rospy.logerr("not done: %s", error)
+        if self._board.advance(self._pace.wait):
+            # when the newest period was over, which is a little before now; where time is simulated, now
+            steady, now = read_clocks()
+            late = steady - round(1e9 * self._pace.due) if rospy.rostime.is_wallclock() else 0
+            self._sensors.publish(rospy.Time(nsecs=now - max(0, late)))
         if self._board.dead:
             rospy.logerr_throttle(10.0, "the board is dead: %s", self._board.dead)
-        # when the newest period was over, which is a little before now; where time is simulated, now
-        steady, now = read_clocks()
-        late = steady - round(1e9 * self._board.pace.due) if rospy.rostime.is_wallclock() else 0
-        self._sensors.publish(rospy.Time(nsecs=now - max(0, late)))
-        return not self._stopping.is_set()
 
     def _order(self, function, *arguments):
         self._orders.append(functools.partial(function, *arguments))
@@ -137,7 +136,7 @@ class SimulatorNode:
         return TriggerResponse(success=True, message="the board restarts in half a second")
 
     def _report(self):
-        late = self._board.pace.late
+        late = self._pace.late
         new, self._late_before = late - self._late_before, late
         values = {"stalls after which time was skipped": late, "simulated [s]": f"{self._simulation.time:.1f}"}
         if self._died:

@@ -17,8 +17,7 @@ from robotont_course import judge, stage
 from robotont_course.exercise import main, parse, show_list, show_task, texts
 from robotont_course.exercises import EXERCISES
 from robotont_course.picture import draw_class
-from robotont_simulator.scenery import box
-from robotont_simulator.world import World
+from robotont_simulator.world import World, box
 
 PACKAGE = Path(__file__).resolve().parents[1]
 SOLUTIONS = PACKAGE / "test" / "solutions"

@@ -26,7 +26,7 @@ def test_a_tag_is_found_where_it_is():
     lens = Camera(WHEELS, read_world(MAZE), 1280, 720, math.pi / 2)
     matrix = np.array([[lens.focal_length, 0, 639.5], [0, lens.focal_length, 359.5], [0, 0, 1]])
     for distance, side, allowed in ((1.0, 0.1, 0.01), (2.0, -0.2, 0.03), (3.0, 0.0, 0.06)):
-        lens.move((3.95 - distance - camera_place(WHEELS)[0], 0.6 + side, 0.0))
+        lens.look((3.95 - distance - camera_place(WHEELS)[0], 0.6 + side, 0.0))
         grey = np.ascontiguousarray(lens.colour()[..., 1])
         _, place = Detector(32, 0.25).find(grey, matrix)[1]
         error = np.linalg.norm(place - (side, camera_place(WHEELS)[1] - 0.2, distance))

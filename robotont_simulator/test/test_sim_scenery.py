@@ -14,9 +14,8 @@ from robot_runs import ROOT
 from robotont_description.geometry import camera_place, robot_radius
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_simulator import camera_node as camera
-from robotont_simulator.scenery import tag
 from robotont_simulator.simulation import Simulation
-from robotont_simulator.world import draw_map, read_world
+from robotont_simulator.world import draw_map, read_world, tag
 from robotont_testing.harness import in_own_process
 from robotont_testing.simulated_wheels import touches
 
@@ -69,23 +68,26 @@ def test_the_camera_sees_colours_distances_and_the_line():
     world = read_world(ROOT / "config" / "worlds" / "colors.yaml")
     lens = camera.Camera(WHEELS, world, 424, 240, math.pi / 2)
     red = next(shape for shape in world.shapes if shape.colour[0] > 2 * max(shape.colour[1:]))
-    lens.move((0.0, 0.0, math.atan2(red.y, red.x)))
+    lens.look((0.0, 0.0, math.atan2(red.y, red.x)))
     picture, depth = lens.colour().astype(int), lens.depth()
     assert picture.shape == (240, 424, 3)
     middle = picture[120, 212]
     assert middle[0] > max(100, 3 * max(middle[1:])), middle
     true = 1000 * (math.hypot(red.x, red.y) - red.length / 2 - camera_place(WHEELS)[0])
     assert abs(depth[118:122, 210:214].mean() - true) < 10, (depth[120, 212], true)
-    lens.move((0.0, 0.0, math.atan2(red.y, red.x)), [(0, -0.5, 0.6)])  # a visitor beside it
+    lens.put(0, -0.5, 0.6)
+    lens.look((0.0, 0.0, math.atan2(red.y, red.x)))  # a visitor beside it
     assert (lens.colour() != picture).any()
 
 
 @in_own_process
 def test_the_camera_sees_another_robot_where_it_is():
     lens = camera.Camera(WHEELS, read_world(ROOT / "config" / "worlds" / "empty.yaml")._replace(others=1), 64, 48, 1.57)
-    lens.move((0.0, 0.0, 0.0), others=[(1, 1.0, 0.0)])
+    lens.put(1, 1.0, 0.0)
+    lens.look((0.0, 0.0, 0.0))
     assert lens.depth()[24, 32] == pytest.approx(1000 * (1.0 - robot_radius(WHEELS) - camera_place(WHEELS)[0]), abs=15)
-    lens.move((0.0, 0.0, 0.0), others=[(1, 0.0, 1.0)])
+    lens.put(1, 0.0, 1.0)
+    lens.look((0.0, 0.0, 0.0))
     assert not 500 < lens.depth()[24, 32] < 1000
 
 

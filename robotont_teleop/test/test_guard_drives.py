@@ -8,8 +8,7 @@ import pytest
 from guarded_drive import AROUND, CAMERA, LIMITS, RADIUS, SCAN_BOUNDS, GuardedDrive
 
 from robotont_driver.kinematics.se2 import arc, compose
-from robotont_simulator.scenery import box
-from robotont_simulator.world import read_world
+from robotont_simulator.world import box, read_world
 from robotont_testing import places
 
 SPEEDS = (0.1, 0.2, 0.3, 0.5, 0.65, 0.8)  # [m/s]

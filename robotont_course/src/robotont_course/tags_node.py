@@ -13,7 +13,7 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import run_without_wheels
-from robotont_simulator.scenery import tag
+from robotont_simulator.world import tag
 
 try:
     from ar_track_alvar_msgs.msg import AlvarMarker, AlvarMarkers

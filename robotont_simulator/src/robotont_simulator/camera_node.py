@@ -3,16 +3,16 @@
 By MuJoCo's renderer without a screen.
 """
 
+import functools
 import io
 import math
-import threading
 import time
 
 import mujoco
 import numpy as np
 import rospy
 import tf2_ros
-from geometry_msgs.msg import TransformStamped, Vector3
+from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from PIL import Image as Picture
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
@@ -20,9 +20,9 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from robotont_driver.kinematics import se2
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import run_node
+from robotont_driver.ros.worker import Worker
 from robotont_simulator import company
-from robotont_simulator.mujoco_model import BODY_GROUP, build, move, put
-from robotont_simulator.world import read_world
+from robotont_simulator.mujoco_model import BODY_GROUP, Scene
 
 PARAMETERS = (
     Parameter("world", "", "file of the world, as of simulator_node"),
@@ -46,32 +46,31 @@ NOISE = 0.002   # [1/m] standard deviation of the depth, times its square: 2 mm 
 EDGE = 0.1      # part of the depth by which neighbours differ where one of the two lenses sees another thing
 
 
-class Camera:
+class Camera(Scene):
     """Renders for `Wheels` in a `World`; width and height [pixels], field_of_view: across [rad]; samples: per pixel.
 
-    focal_length: [pixels]. Raises RuntimeError or ImportError where there is neither EGL nor OSMesa.
+    focal_length: [pixels]. Its renderer belongs to the thread that looks first.
     """
 
     def __init__(self, wheels, world, width, height, field_of_view, samples=0):
+        super().__init__(wheels, world, painted=True)
         self.focal_length = width / 2 / math.tan(field_of_view / 2)
-        self._model = model = mujoco.MjModel.from_xml_string(build(wheels, world, painted=True))
+        self._size, self._renderer = (height, width), None
+        model = self.mujoco_model
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
         model.vis.quality.offsamples = samples
         model.cam_fovy[0] = 2 * math.degrees(math.atan(height / 2 / self.focal_length))
-        self._data = mujoco.MjData(model)
-        self._renderer = mujoco.Renderer(model, height, width)
         self._option = mujoco.MjvOption()
         self._option.geomgroup[BODY_GROUP] = 0  # the lens sees nothing of its own robot
         self._random = np.random.default_rng()
 
-    def move(self, pose, others=()):
-        """Put the robot at (x [m], y [m], yaw [rad]); others: (number, x, y) of `mujoco_model.put`."""
-        move(self._data, pose)
-        for other in others:
-            put(self._data, *other)
-        mujoco.mj_kinematics(self._model, self._data)
-        mujoco.mj_camlight(self._model, self._data)
-        self._renderer.update_scene(self._data, "camera", self._option)
+    def look(self, pose):
+        """From the robot at (x [m], y [m], yaw [rad]). Raises RuntimeError or ImportError without EGL and OSMesa."""
+        self._renderer = self._renderer or mujoco.Renderer(self.mujoco_model, *self._size)
+        self.move(pose)
+        mujoco.mj_kinematics(self.mujoco_model, self.data)
+        mujoco.mj_camlight(self.mujoco_model, self.data)
+        self._renderer.update_scene(self.data, "camera", self._option)
 
     def colour(self):
         """The picture, height x width x 3, red, green, blue, 0 to 255."""
@@ -96,76 +95,61 @@ def measured(depth, random):
 
 
 class CameraNode:
-    """Renders in a thread of its own, to which the renderer belongs."""
+    """Renders in a thread of its own."""
 
     def __init__(self, _name, wheels, parameters):
-        self._wheels, self._parameters = wheels, parameters
-        self._truth, self._others = None, {}  # x, y [m] of the visitor (0) and the other robots
+        world, self._others = company.world_of(parameters)
+        self._size, self._period = (parameters["width"], parameters["height"]), 1 / parameters["rate"]
+        self._camera = Camera(wheels, world, *self._size, parameters["field_of_view"], parameters["samples"])
+        self._due, self._truth = 0.0, None
         prefix = parameters["frame_prefix"] + "camera_"
         self._frames = {COLOUR: prefix + "color_optical_frame", DEPTH: prefix + "depth_optical_frame",
                         ALIGNED: prefix + "color_optical_frame"}
         self._broadcaster = tf2_ros.StaticTransformBroadcaster()
         self._broadcaster.sendTransform([optical(prefix + "link", self._frames[one]) for one in (COLOUR, DEPTH)])
         self._publishers = {name: rospy.Publisher(name, kind, queue_size=1) for name, kind in TOPICS.items()}
-        rospy.Subscriber("simulator_node/visitor", Vector3, lambda message: self._put(0, message.x, message.y))
-        threading.Thread(target=self._run, daemon=True).start()
-
-    def _wanted(self):
-        """The topics to which somebody listens."""
-        return [name for name, publisher in self._publishers.items() if publisher.get_num_connections()]
-
-    def _put(self, number, *place):
-        self._others[number] = place
+        company.watch_visitor(self._camera.put)
+        Worker(self._work)
 
     def _on_truth(self, message):
         self._truth = message._buff  # noqa: SLF001 read only when somebody listens
 
-    def _run(self):
-        """Sleep while nobody listens; else render at the rate, from the newest true pose."""
-        while not self._wanted():
-            if rospy.is_shutdown():
-                return
-            rospy.rostime.wallsleep(LOOK)
-        parameters, due = self._parameters, 0.0
+    def _work(self):
+        """Render what somebody listens to, at the rate, from the newest true pose; [s] to rest."""
+        wanted = [name for name, publisher in self._publishers.items() if publisher.get_num_connections()]
+        if not wanted:
+            return LOOK
+        if self._others is not None:
+            company.watch(self._others, self._camera.put)
+            rospy.Subscriber("ground_truth/odom", rospy.AnyMsg, self._on_truth, queue_size=1)
+            self._others = None
+        truth, self._truth = self._truth, None
+        if truth:
+            self._publish(Odometry().deserialize(truth), wanted)
+            self._due += self._period
+        now = time.monotonic()
+        self._due = max(self._due, now + 0.002)  # [s] what was late stays late
+        return self._due - now
+
+    def _publish(self, truth, wanted):
+        """What the camera sees from where the robot truly was."""
         try:
-            world, others = company.shared(read_world(parameters["world"]), parameters["robots"],
-                                           rospy.get_namespace())
-            camera = Camera(self._wheels, world, parameters["width"], parameters["height"],
-                            parameters["field_of_view"], parameters["samples"])
-        except (ImportError, OSError, ValueError, RuntimeError, AttributeError) as error:
+            self._camera.look(se2.pose_of(truth.pose.pose))
+        except (ImportError, RuntimeError, AttributeError) as error:
             rospy.logfatal("no camera: %s; sudo apt-get install libegl-mesa0 libosmesa6", error)
             rospy.signal_shutdown("no camera")
             return
-        company.watch(others, self._put)
-        rospy.Subscriber("ground_truth/odom", rospy.AnyMsg, self._on_truth, queue_size=1)
-        while not rospy.is_shutdown():
-            wanted = self._wanted()
-            truth, self._truth = self._truth, None
-            if truth and wanted:
-                self._publish(camera, Odometry().deserialize(truth), wanted)
-                due += 1 / parameters["rate"]
-            due = max(due, time.monotonic() + 0.002)  # [s] what was late stays late
-            rospy.rostime.wallsleep(due - time.monotonic() if wanted else LOOK)
-
-    def _publish(self, camera, truth, wanted):
-        """The pictures from where the robot truly was."""
-        camera.move(se2.pose_of(truth.pose.pose), [(number, *place) for number, place in list(self._others.items())])
-        width, height = self._parameters["width"], self._parameters["height"]
-        messages = {name + "/camera_info": lens(width, height, camera.focal_length) for name in self._frames}
-        if any(name.startswith(COLOUR + "/image") for name in wanted):
-            pixels, data = camera.colour(), io.BytesIO()
-            messages[COLOUR + "/image_raw"] = picture(pixels, "rgb8")
-            if COLOUR + "/image_raw/compressed" in wanted:
-                Picture.fromarray(pixels).save(data, "JPEG", quality=JPEG_QUALITY)
-                messages[COLOUR + "/image_raw/compressed"] = CompressedImage(format="jpeg", data=data.getvalue())
-        if DEPTH + "/image_rect_raw" in wanted or ALIGNED + "/image_raw" in wanted:
-            depth = camera.depth()
-            messages.update({DEPTH + "/image_rect_raw": picture(depth, "16UC1"),
-                             ALIGNED + "/image_raw": picture(depth, "16UC1")})
-        for name, message in messages.items():
-            message.header.stamp = truth.header.stamp
-            message.header.frame_id = self._frames["/".join(name.split("/")[:2])]
-            self._publishers[name].publish(message)
+        colour, depth = map(functools.lru_cache(None), (self._camera.colour, self._camera.depth))  # rendered once
+        for topic in wanted:
+            lens, kind = "/".join(topic.split("/")[:2]), TOPICS[topic]
+            if kind is CameraInfo:
+                message = info(*self._size, self._camera.focal_length)
+            elif kind is CompressedImage:
+                message = jpeg(colour())
+            else:
+                message = picture(colour(), "rgb8") if lens == COLOUR else picture(depth(), "16UC1")
+            message.header.stamp, message.header.frame_id = truth.header.stamp, self._frames[lens]
+            self._publishers[topic].publish(message)
 
 
 def optical(parent, child):
@@ -183,7 +167,14 @@ def picture(pixels, encoding):
     return Image(height=height, width=width, encoding=encoding, step=pixels.strides[0], data=pixels.tobytes())
 
 
-def lens(width, height, focal_length):
+def jpeg(pixels):
+    """The CompressedImage of a picture, height x width x 3."""
+    data = io.BytesIO()
+    Picture.fromarray(pixels).save(data, "JPEG", quality=JPEG_QUALITY)
+    return CompressedImage(format="jpeg", data=data.getvalue())
+
+
+def info(width, height, focal_length):
     """CameraInfo of a lens without distortion."""
     f, x, y = focal_length, (width - 1) / 2, (height - 1) / 2
     return CameraInfo(width=width, height=height, distortion_model="plumb_bob", D=[0.0] * 5,

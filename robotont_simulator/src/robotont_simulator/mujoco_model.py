@@ -2,9 +2,11 @@
 
 import math
 
+import mujoco
+
 from robotont_description.geometry import camera_place, laser_height, robot_radius
 from robotont_driver.kinematics.wheel_params import WHEEL_MASS
-from robotont_simulator.scenery import HEIGHT
+from robotont_simulator.world import HEIGHT
 
 TIMESTEP = 0.002       # [s]
 BODY_HEIGHT = 0.16     # [m] from the lower plate's underside to the top of the computer
@@ -48,11 +50,29 @@ HEAD = f"""
 """
 
 
-def build(wheels, world, painted=False):
-    """MJCF string for `Wheels` and a `World`. base_link stands on the floor below the centre.
+class Scene:
+    """A robot with `Wheels` in a `World`, for MuJoCo; base_link stands on the floor below the centre.
 
-    painted: with what cannot be touched, for the camera. Its mocap bodies are the visitor, then `world.others` robots.
+    painted: with what cannot be touched, for the camera.
     """
+
+    def __init__(self, wheels, world, painted=False):
+        self.mujoco_model = mujoco.MjModel.from_xml_string(_build(wheels, world, painted))
+        self.data = mujoco.MjData(self.mujoco_model)
+
+    def move(self, pose):
+        """Put the robot at (x [m], y [m], yaw [rad]); its height and speed stay."""
+        x, y, yaw = pose
+        self.data.qpos[:2] = x, y
+        self.data.qpos[3:7] = math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)
+
+    def put(self, number, x, y):
+        """The visitor (0) or another robot (1 and more) stands at x, y [m]; not finite: nowhere."""
+        self.data.mocap_pos[number] = (x, y, 0.0) if math.isfinite(x + y) else AWAY
+
+
+def _build(wheels, world, painted):
+    """MJCF. Its mocap bodies are the visitor, then `world.others` robots."""
     (x, y, yaw), (ahead, up) = world.start, camera_place(wheels)
     radius, mass = robot_radius(wheels), max(LEAST_BODY, wheels.mass - wheels.amount * WHEEL_MASS)
     stall = wheels.motor.stall_torque * wheels.gear
@@ -70,18 +90,6 @@ def build(wheels, world, painted=False):
         *(f"""<general joint="wheel{number}" ctrlrange="-2 2" gainprm="{stall}" biastype="affine"
           biasprm="0 0 {-stall / speed}"/>""" for number in range(wheels.amount)),
         "</actuator> </mujoco>"])
-
-
-def move(data, pose):
-    """Put the robot at (x [m], y [m], yaw [rad]); its height and speed stay."""
-    x, y, yaw = pose
-    data.qpos[:2] = x, y
-    data.qpos[3:7] = math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)
-
-
-def put(data, number, x, y):
-    """Put the visitor (0) or another robot (1 and more) at x, y [m]; not finite: away."""
-    data.mocap_pos[number] = (x, y, 0.0) if math.isfinite(x + y) else AWAY
 
 
 def _geom(shape):

@@ -8,14 +8,14 @@ import numpy as np
 from robotont_description.geometry import laser_height
 from robotont_driver.kinematics.se2 import between
 from robotont_simulator.imu import GRAVITY, ImuErrors
-from robotont_simulator.mujoco_model import FRICTION, TIMESTEP, VOLTAGE, WORLD_GROUP, build, move, put
+from robotont_simulator.mujoco_model import FRICTION, TIMESTEP, VOLTAGE, WORLD_GROUP, Scene
 
 JAMMED = 50.0      # [N m] friction of a wheel that something holds: more than any motor
 PUSH_DURATION = 0.3  # [s] that a push takes
 PUSH_LIFT = 1.0      # part of the robot's weight that a push takes off its wheels, as a person carrying the robot would
 
 
-class Simulation:
+class Simulation(Scene):
     """A robot with `Wheels` in a `World`. Deterministic for a seed and a sequence of calls.
 
     imu_rate: [Hz] of an inertial measurement unit, at most; as many whole steps of the physics as divide the period
@@ -24,9 +24,8 @@ class Simulation:
     """
 
     def __init__(self, wheels, world, seed=0, imu_rate=0.0):
-        self.wheels = wheels
-        self.mujoco_model = model = mujoco.MjModel.from_xml_string(build(wheels, world))
-        self.data = mujoco.MjData(model)
+        super().__init__(wheels, world)
+        self.wheels, model = wheels, self.mujoco_model
         self.voltage = VOLTAGE
         self._steps = max(1, round(1.0 / wheels.pid_frequency / TIMESTEP))
         model.opt.timestep = 1.0 / wheels.pid_frequency / self._steps
@@ -121,12 +120,8 @@ class Simulation:
 
     def carry(self, x, y, yaw):
         """Put the robot down at a pose [m, m, rad], at rest; the wheels have not turned."""
-        move(self.data, (x, y, yaw))
+        self.move((x, y, yaw))
         self.data.qvel[:6] = 0.0
-
-    def put(self, number, x, y):
-        """The visitor (0) or another robot (1 and more) stands at x, y [m]; not finite: nowhere."""
-        put(self.data, number, x, y)
 
     def set_grip(self, parts):
         """Make wheels slippery: of each the part (0..1) of the normal friction."""

@@ -3,7 +3,6 @@
 import functools
 import threading
 from collections import deque
-from pathlib import Path
 
 import numpy as np
 import rospy
@@ -21,7 +20,6 @@ from robotont_simulator import simulated_board as boards
 from robotont_simulator.faulty_port import Port
 from robotont_simulator.sensors import Sensors, WorldMap
 from robotont_simulator.simulation import Simulation
-from robotont_simulator.world import World, read_world
 
 IMU_RATE = 250.0    # [Hz] readings of gyro and accelerometer
 PARAMETERS = (
@@ -45,9 +43,8 @@ class SimulatorNode:
         # the robot's protocol tells which firmware its board has; any that is not official is this project's
         packets = rospy.get_param("serial_com_node/packets", "")
         official = packets in BOARDS
+        world, others = company.world_of(parameters)
         try:
-            world, others = company.shared(find_world(parameters["world"]), parameters["robots"],
-                                           rospy.get_namespace())
             self._map = WorldMap(world, parameters["odom_frame"]) if parameters["odom_frame"] else None
             made = functools.partial(boards.make_simulation, packets) if official else Simulation
             self._simulation = simulation = made(wheels, world, parameters["seed"], IMU_RATE)
@@ -72,7 +69,7 @@ class SimulatorNode:
                 ("motors", Int8MultiArray, 0, 1, functools.partial(np.copyto, simulation.powered)),  # 0: no current
                 ("jam", Int8MultiArray, 0, 1, simulation.set_jam)):            # 1: held fast
             rospy.Subscriber(f"~{name}", kind, self._on_fault, (name, lowest, highest, function))
-        rospy.Subscriber("~visitor", Vector3, lambda message: self._order(simulation.put, 0, message.x, message.y))
+        company.watch_visitor(functools.partial(self._order, simulation.put))
         company.watch(others, functools.partial(self._order, simulation.put))
         rospy.Service("~unplug", SetBool, self._on_unplug)
         rospy.Service("~brown_out", Trigger, self._on_brown_out)
@@ -150,14 +147,6 @@ class SimulatorNode:
         self._stopping.set()
         self._thread.join()
         self._port.unplug()
-
-
-def find_world(file):
-    """`World` of the parameter: an empty one without a file. Raises OSError, ValueError."""
-    if file and not Path(file).exists():
-        others = ", ".join(sorted(other.stem for other in Path(file).resolve().parent.glob("*.yaml")))
-        raise ValueError(f"world: found no file {file}, allowed: {others or 'a file that is there'}")
-    return read_world(file) if file else World()
 
 
 def main():

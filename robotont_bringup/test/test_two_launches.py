@@ -26,12 +26,12 @@ def finished(command, **environment):
                           env={**os.environ, **environment})
 
 
-def pid_of(master):
-    """Process id of /driver_node once it answers."""
+def pid_of(master, node="/driver_node"):
+    """Process id of a node once it answers."""
     def answer():
         with contextlib.suppress(AssertionError, OSError):
-            return master.pid("/driver_node")
-    return wait_for(answer, "driver_node", START)
+            return master.pid(node)
+    return wait_for(answer, node, START)
 
 
 def test_the_second_launch_is_refused_with_the_name_of_the_first_until_that_was_killed(capfd):
@@ -59,6 +59,19 @@ def test_the_second_launch_is_refused_with_the_name_of_the_first_until_that_was_
         os.kill(pid, signal.SIGKILL)
         gone = finished(REQUIRE)
         assert (gone.returncode, gone.stdout, gone.stderr) == (0, "true\n", "")
+
+
+def test_a_second_mux_is_refused_by_each_launch_file_that_starts_one(capfd):
+    with Master() as master:
+        master.start(places.program("robotont_teleop", "cmd_vel_mux"))
+        pid = pid_of(master, "/cmd_vel_mux")
+        for file, *arguments in (("teleop.launch", "start_mux:=true"), ("robot.launch", "description:=false")):
+            with pytest.raises(RLException):
+                load_config_default([(str(places.launch(file)), arguments)], None)
+            assert f"{file}: /cmd_vel_mux runs already on ROS master {master.uri}: process {pid} " in \
+                capfd.readouterr().err
+        for file, argument in (("teleop.launch", "start_mux:=false"), ("robot.launch", "mux:=false")):
+            load_config_default([(str(places.launch(file)), [argument])], None)
 
 
 def test_of_two_launches_at_once_one_is_refused_with_the_name_of_the_other():

@@ -20,7 +20,6 @@ def test_the_hand_takes_over_at_once_with_a_zero_between(arbiter):
     assert arbiter.command("hand", HAND, 1.05) == [STOP, HAND]
     assert arbiter.driver == "hand"
     assert arbiter.command("navigation", NAVIGATION, 1.1) == []
-    assert arbiter.waiting(1.1) == ["navigation"]
 
 
 def test_of_two_hands_the_first_drives_until_it_stops(arbiter):
@@ -136,7 +135,6 @@ def test_an_emergency_stop_locks_at_once_and_goes_on_saying_so(arbiter):
     assert arbiter.command("hand", HAND, 0.2) == []
     assert arbiter.look(0.25) == []
     assert arbiter.look(0.301) == [STOP]
-    assert arbiter.waiting(0.3) == ["hand"]
 
 
 def test_who_has_asked_for_motion_stops_first_after_a_release_and_who_has_not_may_drive_beside_him():

@@ -19,13 +19,13 @@ ROOTS = {
     "driver_node.py": {"_on_command", "_on_emergency_stop", "_on_release", "_repeat", "_stop"},
     "serial_com_node.py": {"_on_write", "on_packet"},
     "connection.py": {"feed", "encode", "stop"},  # in the thread of the link
-    "cmd_vel_mux.py": {"_on_command", "_on_pressed_by", "_look", "_on_give_back", "_stop"},
+    "cmd_vel_mux.py": {"_on_command", "_on_pressed_by", "_look", "_on_give_back"},
     "guard_sensors.py": {"_on_scan", "_on_range", "_on_static"},  # what they hold back holds back the mux' own threads
     "odom_node.py": {"_on_packet"},
     "emergency_stop_publisher.py": {"press", "_on_pressed_by"},
     "service_request.py": {"call"},
-    "hand_output.py": {"send", "press_emergency_stop"},
-    "robot_view.py": {"send", "cancel", "_stop"},
+    "twist_publisher.py": {"send", "end"},
+    "robot_view.py": {"cancel"},
     "camera.py": {"picture"},  # is asked for in the page's loop
     "web_server.py": {"receive", "remove", "_look"},
     "keyboard_teleop.py": {"_take", "_send", "stop"},

@@ -115,7 +115,7 @@ def test_orders_and_no_answer_is_lost_when_many_come_at_once(served):
     page.order("give_back")
     page.order("reset_odometry")
     page.send(*[{"kind": "take", "time": 0}] * 20, {"kind": "fly"})
-    wait_for(lambda: "error" in page.messages, "the refusal of the last")
+    wait_for(lambda: page.closed, "the refusal of the last")
     assert page.messages["late"]["what"] == "take"
     assert served.robot.orders == [("goal", 1.0, -2.5), ("cancel",), ("give_back",), ("reset_odometry",)]
 

@@ -78,7 +78,7 @@ def test_without_a_terminal_the_token_stays_in_its_file():
 
 
 def test_who_may_read_the_diagnostics_is_told_how_to_get_in_but_not_the_token():
-    server = mock.Mock(pages=[], seat=mock.Mock(hands_off=False), access=ACCESS)
+    server = mock.Mock(pages=[], seat=mock.Mock(held=()), access=ACCESS)
     words = report(server, "http://10.0.0.5:8100/")[1]
     assert words == "http://10.0.0.5:8100/, open pages: 0; its token: in /home/robot/token"
     server.access = Access(None)

@@ -17,10 +17,11 @@ from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import answer_help, own_parameters
 from robotont_driver.rospy_repairs.rospy_process import end_soon, init_tool
-from robotont_teleop.hand.hand_output import HandOutput
+from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.held_keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, keys_of_now, split_keys
-from robotont_teleop.hand.robot_reports import SILENCE
+from robotont_teleop.hand.robot_reports import SILENCE, RobotReports
 from robotont_teleop.hand.speeds import STOP, Speeds
+from robotont_teleop.hand.twist_publisher import TwistPublisher
 
 PARAMETERS = (
     Parameter("linear_speed", 0.3, "at the start", "m/s", minimum=0.01, maximum=100.0),
@@ -30,6 +31,7 @@ PARAMETERS = (
               reason="for so long one press drives"),
 )
 FASTEST = Speeds(1.0, 3.0)  # that keys can reach, where they do not begin beyond
+TOPIC = "cmd_vel/hand"
 PUBLISH_PERIOD = 0.05  # [s] between commands while the robot is driven
 REPEAT_HOLD = 0.3    # [s] for which a held key drives on after its last repeat
 SHOW_PERIOD = 0.1  # [s] between two lines
@@ -54,7 +56,10 @@ class KeyboardTeleop:
         self._terminal = terminal
         speeds = Speeds(parameters["linear_speed"], parameters["angular_speed"])
         self._keys = HeldKeys(speeds, Speeds(*map(max, speeds, FASTEST)), parameters["first_hold"], REPEAT_HOLD)
-        self._output = HandOutput()
+        self._stop = EmergencyStopPublisher()  # first: on a slow network each takes seconds
+        self._command = TwistPublisher(TOPIC)
+        self._reports = RobotReports()
+        self._sent = STOP
         self._missed_from = boot_time() + CONNECTS
         self._gaps = Gaps(GAP, self._missed_from - CONNECTS)  # of this process: a key that came meanwhile is old
         self._rest = ""
@@ -81,7 +86,7 @@ class KeyboardTeleop:
     def stop(self):
         """Zero, in case that it is the last that goes out."""
         if not rospy.is_shutdown():
-            self._output.send(STOP)
+            self._publish(STOP)
 
     def _read(self):
         """Keys that have come within one period; raises OSError when there is no terminal any more."""
@@ -98,53 +103,55 @@ class KeyboardTeleop:
     def _take(self, key):
         if key == EMERGENCY_STOP:
             self._keys.release()
-            self._output.press_emergency_stop()
+            self._stop.press()
+            self._publish(STOP)
         elif key == RELEASE:
             self._keys.release()
-            self._output.emergency_stop.release()
-        elif not self._output.emergency_stop.pressed:
+            self._stop.release()
+        elif not self._stop.pressed:
             self._unknown = not self._keys.press(key, boot_time())
 
     def _send(self):
         """The command of now: at once when it changes, repeated while it is not zero."""
         now = boot_time()
-        if self._output.emergency_stop.pressed:
+        if self._stop.pressed:
             self._keys.release()
         twist = self._keys.twist(now)
-        if twist != self._output.sent or (twist != STOP and now - self._sent_at >= 0.5 * PUBLISH_PERIOD):
+        if twist != self._sent or (twist != STOP and now - self._sent_at >= 0.5 * PUBLISH_PERIOD):
             self._sent_at = now
-            self._output.send(twist)
+            self._publish(twist)
+
+    def _publish(self, twist):
+        self._sent = twist
+        self._command.send(twist)
 
     def _show(self):
         now = boot_time()
         if now - self._shown < SHOW_PERIOD:
             return
         self._shown = now
-        output = self._output
-        stop = output.emergency_stop
-        words = "STOP, BUT THE ROBOT HAS NOT CONFIRMED IT" if stop.waits else \
-            "EMERGENCY STOP, Ctrl-U releases it" if stop.pressed else _words(output.sent)
-        velocity = output.reports.velocity
+        words = "STOP, BUT THE ROBOT HAS NOT CONFIRMED IT" if self._stop.waits else \
+            "EMERGENCY STOP, Ctrl-U releases it" if self._stop.pressed else _words(self._sent)
+        velocity, driver = self._reports.velocity, self._reports.driven_by or "?"
         robot = "no odometry" if velocity is None else _words(velocity)
         line = f"{self._keys.speeds.linear:.2f} {self._keys.speeds.angular:.2f} | "
-        line += (output.sent != STOP and self._why_not()) or f"sent {words} | {output.listeners} | robot {robot}"
-        if self._unknown and output.sent == STOP:
+        line += (self._sent != STOP and self._why_not()) or f"sent {words} | drives: {driver} | robot {robot}"
+        if self._unknown and self._sent == STOP:
             line = "this key does nothing: another keyboard layout? Use the letters above, or arrows"
-        if output.connected:
+        if self._command.get_num_connections():
             self._missed_from = now
         elif now < self._missed_from:
             line = "connecting to the robot"
         else:  # a robot that was started anew has another master, which does not know these keys
-            line = f"{output.listeners}: robot started anew? Esc, keys again"
+            line = f"no cmd_vel_mux on {rospy.resolve_name(TOPIC)}: robot started anew? Esc, keys again"
         columns = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else 0
         _write(f"\r{line[:columns - 1] if columns > 1 else line}\x1b[K")
 
     def _why_not(self):
         """Why the robot may not do as it is told: what is in its way, or its worst error, in its own words."""
-        bad = [light for light in self._output.reports.lights
-               if light["level"] > 1 or (light["level"] and light["name"].endswith(": guard"))]
-        worst = max(bad, key=lambda light: light["level"], default={"level": 0, "words": ""})
-        return f"{worst['name']} is silent" if worst["level"] == SILENCE else worst["words"]
+        worst = next((light for light in self._reports.lights
+                      if light["level"] > 1 or (light["level"] and light["name"].endswith(": guard"))), None)
+        return worst and (f"{worst['name']} is silent" if worst["level"] == SILENCE else worst["words"])
 
 
 def _write(text):

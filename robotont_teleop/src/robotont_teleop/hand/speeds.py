@@ -31,15 +31,3 @@ class Speeds(NamedTuple):
         """These speeds times factors, between 1 % and all of the `largest` Speeds."""
         return Speeds(min(largest.linear, max(0.01 * largest.linear, self.linear * linear)),
                       min(largest.angular, max(0.01 * largest.angular, self.angular * angular)))
-
-
-def without_dead_zone(x, y, dead_zone):
-    """A stick's position (x, y) whose circle of radius `dead_zone` (0 to 1) in the middle counts as the middle.
-
-    From the circle's rim outwards it grows from 0 to 1, so that there is no jump.
-    """
-    length = math.hypot(x, y)
-    if length <= dead_zone:
-        return 0.0, 0.0
-    wanted = min(1.0, (length - dead_zone) / (1.0 - dead_zone))
-    return x * wanted / length, y * wanted / length

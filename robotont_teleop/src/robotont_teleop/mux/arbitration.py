@@ -92,11 +92,6 @@ class Arbiter:
             return EMERGENCY_STOP
         return self._driver.name if self._driver else NOBODY
 
-    def waiting(self, now):
-        """Names of the inputs that ask for motion and do not get it."""
-        return [state.name for state in self._states
-                if state.moving(now) and (self.locked or state is not self._driver)]
-
     def barred(self, now):
         """Names of the inputs that have to stop once before they drive."""
         return [state.name for state in self._states if state.stand_first.waiting(now)]

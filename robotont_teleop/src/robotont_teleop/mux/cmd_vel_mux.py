@@ -18,10 +18,9 @@ from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.worker import Worker
-from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_driver.rospy_repairs.topic_outages import OutageWatch, is_local
-from robotont_teleop.hand.twist_message import twist_message
+from robotont_teleop.hand.twist_publisher import TwistPublisher
 from robotont_teleop.mux.arbitration import STOP, Arbiter, Input
 from robotont_teleop.mux.guard_sensors import make_guard
 
@@ -62,19 +61,17 @@ class CmdVelMux:
         self._arrivals = Arrivals(min(self._timeouts.values()), boot_time(), partial(is_local, heard))
         self._outdated = 0
         self._driver = None
-        self._others = ()  # who publishes on cmd_vel, past this mux ...
-        self._mixing = ()  # ... while somebody drives by it
+        self._others = ()  # who publishes on cmd_vel, past this mux
         self._pressed_by = ""  # who presses the emergency stop
         self._blind_speed = parameters["blind_speed"]
         self._guard = make_guard(self._blind_speed)  # None where it is off, or as long as there is no robot
         self._guard_worries = False
         self._guarded = STOP    # the newest command, as the guard has let it through
-        self._ended = False     # nothing goes out any more
-        self._publisher = DroppingPublisher("cmd_vel", Twist)
+        self._publisher = TwistPublisher("cmd_vel")
         self._driven_by = rospy.Publisher("cmd_vel/driven_by", String, queue_size=1, latch=True)
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
         self._tell_driver()
-        rospy.on_shutdown(self._stop)
+        rospy.on_shutdown(self._publisher.end)
         self._driver_node = rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, tcp_nodelay=True)
         heard += [rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1,
                                    tcp_nodelay=True) for name in self._timeouts]
@@ -141,10 +138,10 @@ class CmdVelMux:
         return LOOK_PERIOD if left is None else min(left, LOOK_PERIOD)
 
     def _send(self, twists):
-        for twist in () if self._ended else twists:
+        for twist in twists:
             guarded = self._guard and self._arbiter.driver == "hand"
             sent = self._guarded = self._guard.limit(twist, boot_time()) if guarded else twist
-            self._publisher.publish(twist_message(sent))
+            self._publisher.send(sent)
 
     def _slower(self, now):
         """[the hand's newest command], when the guard allows less of it by now than it did."""
@@ -180,32 +177,18 @@ class CmdVelMux:
             return PUBLISHERS_PERIOD  # the master is gone; the robot is not
         topic = rospy.resolve_name("cmd_vel")
         nodes = {node for name, names in publishers if name == topic for node in names}
-        others = tuple(sorted(nodes - {rospy.get_name()}))
-        with self._lock:
-            mixing = others if self._arbiter.driver in self._timeouts else ()
-        if mixing and mixing != self._mixing:
-            rospy.logwarn("%s: commands mix, for somebody drives by this mux, too; cmd_vel:=cmd_vel/default lets it "
-                          "wait its turn", " and ".join(f"{name} publishes on {topic}" for name in mixing))
-        self._mixing = mixing
-        self._others = others
+        self._others = tuple(sorted(nodes - {rospy.get_name()}))
         return PUBLISHERS_PERIOD
-
-    def _stop(self):
-        with self._lock:
-            if self._arbiter.driver in self._timeouts:
-                self._send([STOP])
-            self._ended = True  # commands still come: the zero is the last one
 
     def _report(self):
         now = boot_time()
         with self._lock:
             arbiter = self._arbiter
-            driver, waiting, barred = arbiter.driver, arbiter.waiting(now), arbiter.barred(now)
+            driver, barred = arbiter.driver, arbiter.barred(now)
             ignored = [f"{sender} on cmd_vel/{name}, which {owner} has until it stops"
                        for name, sender, owner in arbiter.ignored(now)]
             values = {
                 "drives": driver,
-                "waiting": ", ".join(waiting) or "none",
                 **{f"commands of {name}": count for name, count in self._commands.items()},
                 "ignored": "; ".join(ignored) or "none",
                 "commands refused": self._refused,

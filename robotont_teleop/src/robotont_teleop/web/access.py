@@ -7,7 +7,6 @@ import re
 import secrets
 from collections import deque
 from pathlib import Path
-from urllib.parse import urlsplit
 
 from robotont_driver.parameters.files import alone_in, read_file, write_file
 
@@ -16,6 +15,7 @@ ATTEMPTS, ATTEMPTS_PERIOD = 5, 60.0  # wrong tokens of an address within [s], af
 REMEMBERED = 1000                    # wrong tokens, of all addresses
 LONGEST_TOKEN = 128
 LARGEST_FILE = 10_000                # [bytes] of a token
+HOST = re.compile(r"(?:\[([0-9a-f:.]+)\]|([\w.-]+))(?::[0-9]*)?")  # a header's, with or without a port
 
 
 def read_or_make_token(path):
@@ -87,9 +87,10 @@ def host_allowed(host, own_address, names):
     A foreign name there means that a foreign DNS server leads browsers here (DNS rebinding). The port does not matter:
     a tunnel may change it.
     """
-    name = _host_name(host)
-    if name is None:
+    found = HOST.fullmatch((host or "").lower())
+    if not found:
         return False
+    name = found[1] or found[2]
     try:
         address = ipaddress.ip_address(name)
         own = ipaddress.ip_address(own_address.partition("%")[0])
@@ -110,13 +111,3 @@ def is_loopback(address):
         return ipaddress.ip_address(address.partition("%")[0]).is_loopback
     except ValueError:
         return address == "localhost"
-
-
-def _host_name(host):
-    """The name in a Host header, without its port; None when it is malformed."""
-    if not host or any(sign in host for sign in "/@?#\\ "):
-        return None
-    try:
-        return urlsplit("//" + host).hostname
-    except ValueError:
-        return None

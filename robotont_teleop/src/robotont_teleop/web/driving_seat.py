@@ -24,11 +24,6 @@ class DrivingSeat:
         self.foreign = 0           # motion asked for by pages that do not drive
         self.timeouts = 0          # stops because a moving page fell silent
 
-    @property
-    def hands_off(self):
-        """Whether the sticks of the page that drives must be let go before they drive again."""
-        return self.driver in self.held
-
     def is_fresh(self, seen, now):
         """Whether a message of a page that had seen server time `seen` is new enough; counts those that are not."""
         fresh = -CLOCK_RESOLUTION <= now - seen <= self._oldest

@@ -24,14 +24,9 @@ class Message(NamedTuple):
     """One message of a page."""
 
     kind: str
-    time: Optional[float] = None  # [ms] the newest server time that the page has seen
+    seen: Optional[float] = None  # [s] the newest server time that the page had seen
     values: Tuple[float, ...] = ()  # drive: (v_x [m/s], v_y [m/s], omega [rad/s]); goal: (x [m], y [m])
-    # release: ([ms] of the newest press that the person has seen, as the state tells it)
-
-    @property
-    def seen(self):
-        """[s] the newest server time that the page had seen."""
-        return self.time / 1000.0
+    # release: ([s] of the newest press that the person has seen, as the state tells it)
 
 
 def read_message(text):
@@ -46,13 +41,10 @@ def read_message(text):
     allowed = FIELDS[kind]
     if set(fields) != set(allowed):
         raise MessageError(f"{kind}: found {sorted(fields)}, allowed: {sorted(allowed)}")
-    for name, value in fields.items():
-        _check_number(kind, name, value, allowed[name])
+    for name, largest in allowed.items():
+        value = fields[name]
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not number or not -largest <= value <= largest:
+            raise MessageError(f"{kind}: found {name} {value!r:.40}, allowed: numbers from {-largest:g} to {largest:g}")
     values = tuple(float(fields[name]) for name in ("x", "y", "turn", "pressed_at") if name in allowed)
-    return Message(kind, fields.get("time"), values)
-
-
-def _check_number(kind, name, value, largest):
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not number or not -largest <= value <= largest:
-        raise MessageError(f"{kind}: found {name} {value!r:.40}, allowed: a number from {-largest:g} to {largest:g}")
+    return Message(kind, fields["time"] / 1000.0 if "time" in allowed else None, values)

@@ -48,33 +48,18 @@ class PageServer:
 
 
 class LimitedServer(tornado.httpserver.HTTPServer):
-    """Beyond the limit closes the oldest connection on which nobody has shown that he may come in, or else the new one.
+    """Beyond the limit closes the oldest connection on which nobody has shown that he may come in: maybe the new one.
 
-    So strangers can take the connections from each other only.
+    So strangers can take the connections from each other only. `admitted` of a stream: who may come in has asked on it.
     """
 
-    def initialize(self, *arguments, **options):
-        """Called by tornado."""
-        super().initialize(*arguments, **options)
-        self._known = set()
-        self._strangers = {}  # an ordered set
+    _streams = ()
 
     def handle_stream(self, stream, address):
         """Called by tornado for a new connection."""
-        self._known = {other for other in self._known if not other.closed()}
-        self._strangers = {other: None for other in self._strangers if not other.closed()}
-        if len(self._known) >= MAX_CONNECTIONS:
-            stream.close()
-            return
-        if len(self._known) + len(self._strangers) >= MAX_CONNECTIONS:
-            oldest = next(iter(self._strangers))
-            del self._strangers[oldest]
-            oldest.close()
-        self._strangers[stream] = None
-        super().handle_stream(stream, address)
-
-    def admit(self, stream):
-        """Somebody who may come in has sent a request on it."""
-        if stream in self._strangers:
-            del self._strangers[stream]
-            self._known.add(stream)
+        stream.admitted = False
+        self._streams = [one for one in (*self._streams, stream) if not one.closed()]
+        if len(self._streams) > MAX_CONNECTIONS:
+            next(one for one in self._streams if not one.admitted).close()
+        if not stream.closed():
+            super().handle_stream(stream, address)

@@ -8,15 +8,13 @@ import tornado.websocket
 
 from robotont_teleop.web.page_messages import MessageError
 from robotont_teleop.web.web_handlers import Guarded
-from robotont_teleop.web.websocket_frames import PageFrames, drop, limit_waiting, reads, write
+from robotont_teleop.web.websocket_frames import PageFrames, limit_waiting, reads, write
 
 FRAMES_PER_SECOND = 200       # of one page, of all kinds; it sends 25, and 125 at most while a stick moves fast
 SEND_BUFFER = 16384           # [bytes] of a page's socket, so that little can wait in it
 LONGEST = 512                 # [bytes] of one message
 MAX_PAGES = 16                # open at once
-SLOWEST_READER = 5.0          # [s] a page that has not read for so long is closed
 LONGEST_REASON = 123          # [bytes] of a close (RFC 6455)
-WRONG_MESSAGES = 10           # of one page before it is closed
 GOING_AWAY, NOT_OURS = 1001, 1008  # close codes (RFC 6455): end, policy violation
 
 
@@ -29,8 +27,6 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         """Called by tornado."""
         self.number = None
         self._second, self._frames = None, 0  # a second of the clock, and how many frames have come in it
-        self._wrong = 0
-        self._read_at = 0.0   # [s] when the page was last seen to read
 
     def get_websocket_protocol(self):
         """Called by tornado; None for a version of WebSockets that it does not know."""
@@ -55,7 +51,6 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         self.number = self.server.add(self)
         self.set_nodelay(True)
         limit_waiting(self, SEND_BUFFER)
-        self._read_at = time.monotonic()
         speeds = self.server.seat.speeds
         self.send({"kind": "hello", "page": self.number, "robot": self.server.robot.name, **speeds._asdict()})
 
@@ -74,7 +69,7 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         self._frames = self._frames + 1 if second == self._second else 1
         self._second = second
         if self.number is not None and self._frames > FRAMES_PER_SECOND:
-            self._refuse(f"more than {FRAMES_PER_SECOND} frames per second", at_once=True)
+            self._refuse(f"more than {FRAMES_PER_SECOND} frames per second")
 
     def on_close(self):
         """Called by tornado."""
@@ -86,16 +81,11 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         if reads(self):
             write(self, json.dumps(message))
 
-    def feed(self, texts, now):
-        """Send the state, unless the page has not read the one before; close a page that reads no more."""
-        if not reads(self):
-            if now - self._read_at > SLOWEST_READER:
-                self.server.refused += 1
-                drop(self)
-            return
-        self._read_at = now
-        for text in texts:
-            write(self, text)
+    def feed(self, texts):
+        """Send the state, unless the page has not read the one before."""
+        if reads(self):
+            for text in texts:
+                write(self, text)
 
     def end(self, code, words):
         """Take no more messages, and close; the robot stops now, however long the goodbye takes."""
@@ -103,10 +93,6 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         self.number = None
         self.close(code, words.encode()[:LONGEST_REASON].decode(errors="ignore"))
 
-    def _refuse(self, words, at_once=False):
+    def _refuse(self, words):
         self.server.refused += 1
-        self._wrong += 1
-        if at_once or self._wrong >= WRONG_MESSAGES:
-            self.end(NOT_OURS, words)
-        else:
-            self.send({"kind": "error", "words": words[:200]})
+        self.end(NOT_OURS, words)

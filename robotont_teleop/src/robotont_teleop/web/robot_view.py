@@ -3,60 +3,76 @@
 All that a page can ask for and see goes through one object, which tests replace.
 """
 
+import contextlib
 import itertools
 import socket
-import threading
+import time
 
+import numpy as np
+import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import Twist
+from nav_msgs.msg import OccupancyGrid
+from sensor_msgs.msg import LaserScan, Range
 
-from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
+from robotont_description.geometry import body
+from robotont_driver.parameters.parameters import ParameterError
+from robotont_driver.ros.server_parameters import running_wheels
+from robotont_driver.ros.worker import Worker
+from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto_client import GoTo
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
-from robotont_teleop.hand.robot_reports import LONGEST_WORDS
+from robotont_teleop.hand.movers import Movers
+from robotont_teleop.hand.robot_reports import LONGEST_WORDS, STALE, RobotReports, rounded
+from robotont_teleop.hand.sensor_view import FAN
 from robotont_teleop.hand.service_request import ServiceRequest
-from robotont_teleop.hand.speeds import STOP
-from robotont_teleop.hand.twist_message import twist_message
+from robotont_teleop.hand.twist_publisher import TwistPublisher
 from robotont_teleop.web.camera import Camera
+from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.newest_goal import NewestGoal
-from robotont_teleop.web.robot_telemetry import RobotTelemetry
+from robotont_teleop.web.page_pictures import map_picture, nearest, thinned_scan
+
+MAP_FRAME = "map"
+LIGHTS, RANGES = 24, 16
+COMMANDS = ("cmd_vel", "cmd_vel/hand", "cmd_vel/navigation", "cmd_vel/default")
+LOOK_PERIOD, NEXT_ROBOT = 0.5, 5.0  # [s] between two looks at which robot runs
 
 
-class RobotView(RobotTelemetry):
+class RobotView(RobotReports):
     """State and commands. Calls by pages never wait, and whatever takes its time is never carried out late."""
 
     def __init__(self, camera_topic):
-        self._notes = itertools.count(1)
+        self._notes, self._note = itertools.count(1), {"number": 0, "words": ""}
         self.emergency_stop = EmergencyStopPublisher(self._say)  # first: on a slow network each takes seconds
+        self._command = TwistPublisher("cmd_vel/hand")
+        self.send = self._command.send
+        rospy.on_shutdown(self._command.end)
         super().__init__()
         self.name = rospy.get_namespace().strip("/") or socket.gethostname()
         self.camera = Camera(camera_topic)
-        self._note = {"number": 0, "words": ""}
-        self._sending = threading.RLock()
-        self._ended = False
+        self.map_picture, self._map = None, None  # PNG, where it lies
+        self._body = None  # of `look`, until a robot runs
+        self._ranges = {}  # frame: (time [s], Range)
+        self._frame = ""   # of the newest pose
+        self._frames = FrameChain()
+        self._movers = Movers(rospy.get_name(), rospy.resolve_name("cmd_vel_mux"))
         self._goto = GoTo(lambda words: self._goal.show_progress(words))
         self._goal = NewestGoal(self._goto, self._say)
-        self._command = DroppingPublisher("cmd_vel/hand", Twist)
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=5, tcp_nodelay=True)
         self.reset_odometry = ServiceRequest("reset_odometry", "reset odometry", self._say).call
         self.give_back = ServiceRequest("cmd_vel_mux/give_back", "give back", self._say).call
-        rospy.on_shutdown(self._stop)
+        self._frames.listen()
+        for topic, kind, callback in (
+                ("range", Range, self._on_range), ("scan", LaserScan, lambda scan: self._keep("scan", scan)),
+                ("map", OccupancyGrid, self._on_map)):
+            rospy.Subscriber(topic, kind, callback, queue_size=1)
+        for topic in COMMANDS:
+            rospy.Subscriber(topic, Twist, self._on_command, topic, queue_size=5)
+        Worker(self._look_for_wheels)
 
-    # Commands of the pages
-
-    def send(self, twist):
-        """A command by hand, (v_x [m/s], v_y [m/s], omega [rad/s])."""
-        with self._sending:
-            if not self._ended:
-                self._command.publish(twist_message(twist))
-
-    def _stop(self):
-        """The end of the node: zero is the last command."""
-        with self._sending:
-            self.send(STOP)
-            self._ended = True
+    # Commands of the pages; `send` takes those by hand
 
     def cancel(self):
         """Take back every goal, whoever has sent it."""
@@ -65,7 +81,8 @@ class RobotView(RobotTelemetry):
 
     def goal(self, x, y):
         """Send the robot to (x, y) [m] on the map; it looks in the end as it looks now."""
-        self._goal.pursue(Goal(x, y, self.yaw_on_map()))
+        frame, pose = self._pose()
+        self._goal.pursue(Goal(x, y, pose[2] if frame == MAP_FRAME else 0.0))
 
     def _say(self, words):
         self._note = {"number": next(self._notes), "words": words[:LONGEST_WORDS]}
@@ -73,17 +90,72 @@ class RobotView(RobotTelemetry):
     # State for the pages
 
     def state(self):
-        """Fast-changing state, for JSON."""
+        """What changes fast, for JSON."""
         stop = self.emergency_stop
-        return {**super().state(), "stopped": stop.pressed, "stop_waits": stop.waits,
-                "pressed_here": stop.latched and not stop.waits, "heard": self._command.get_num_connections() > 0}
+        return {"pose": rounded(self._pose()[1], 4), "velocity": rounded(self.velocity, 3),
+                "driven_by": self.driven_by, "mover": self._movers.who(self.driven_by, time.monotonic()),
+                "stopped": stop.pressed, "stop_waits": stop.waits, "pressed_here": stop.latched and not stop.waits,
+                "heard": self._command.get_num_connections() > 0}
 
     def status(self):
-        """Slow-changing state, for JSON."""
-        return {**super().status(), "camera": self.camera.present, "navigation": self._goto.answers,
-                "goal": self._goal.shown, "note": self._note}
+        """What changes slowly, for JSON."""
+        self._frame = self._pose()[0] or self._frame
+        return {"frame": self._frame, "lights": self.lights[:LIGHTS], "board": self.board, "battery": self.battery,
+                "radius": self._body and self._body[0], "near": self._near(), "map": self._map, "scan": self._scan(),
+                "camera": self.camera.present, "navigation": self._goto.answers, "goal": self._goal.shown,
+                "note": self._note}
 
     def figures(self):
         """What `metrics` wants."""
         return [{**self.summary, "name": self.name, "up": self.emergency_stop.has_driver, "age": 0.0,
                  "stopped": self.emergency_stop.pressed}], {self.name: self.values}
+
+    def _look_for_wheels(self):
+        """Learn which robot runs, before or after this node was started; returns the time to rest."""
+        with contextlib.suppress(OSError, ParameterError, rosgraph.MasterException):
+            self._body = body(running_wheels(rospy.get_namespace()))
+            return NEXT_ROBOT
+        return LOOK_PERIOD
+
+    def _pose(self):
+        """(frame, (x, y, yaw)) on the map where there is one, else of the odometry; ("", None) when it is unknown."""
+        return self._frames.pose(self.base_frame, time.monotonic())
+
+    def _scan(self):
+        scan = self._fresh("scan")
+        laser = scan and self._place_on_robot(scan)
+        return thinned_scan(scan, laser) if laser else None
+
+    def _near(self):
+        scan, now = self._fresh("scan"), time.monotonic()
+        readings = []
+        if scan:
+            angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+            readings.append((scan, angles, scan.ranges, (scan.range_min, scan.range_max)))
+        for at, one in dict(self._ranges).values():
+            if now - at < STALE:
+                readings.append((one, FAN * one.field_of_view, one.range, (one.min_range, one.max_range)))
+        placed = [(self._place_on_robot(message), angles, np.array(ranges, float), bounds)
+                  for message, angles, ranges, bounds in readings]
+        return nearest([one for one in placed if one[0]], self._body) if self._body and placed else []
+
+    def _place_on_robot(self, message):
+        """(3 x 3 rotation, (x, y, z) [m]) of a sensor, None where it is unknown."""
+        frame, place = self._frames.place(message.header.frame_id, time.monotonic(), until=self.base_frame)
+        return place if frame == self.base_frame else None
+
+    def _on_command(self, message, topic):
+        linear, angular = message.linear, message.angular
+        moves = any((linear.x, linear.y, angular.z))
+        self._movers.hear(topic, connection_header(message).get("callerid", ""), moves, time.monotonic())
+
+    def _on_range(self, message):
+        frame = message.header.frame_id
+        if frame in self._ranges or len(self._ranges) < RANGES:
+            self._ranges[frame] = time.monotonic(), message
+
+    def _on_map(self, message):
+        try:
+            self.map_picture, self._map = map_picture(message)
+        except ValueError as error:
+            rospy.logwarn("a map is not shown: %s", error)

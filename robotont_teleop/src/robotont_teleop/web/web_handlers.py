@@ -49,7 +49,7 @@ class Guarded:
         if not self._host_allowed():
             raise tornado.web.HTTPError(403, reason="foreign host")
         if self.authorised:
-            self.server.http_server.admit(self.request.connection.stream)
+            self.request.connection.stream.admitted = True
         elif not self.public:
             raise tornado.web.HTTPError(401, reason="no token")
 

@@ -18,6 +18,7 @@ from robotont_teleop.web.web_handlers import CameraHandler, read_files
 
 STATE_RATE = 20.0  # [Hz] of the state that open pages get
 STATUS_STATES = 4  # states to one status
+PING = 5.0     # [s] between two pings; a page that answers none for two of them is closed: it reads no more, or is gone
 GOODBYE = 0.05  # [s] for the last messages at the server's end
 
 
@@ -35,7 +36,7 @@ class WebServer(PageServer):
     def listen(self, address, port, certificate=""):
         """Serve; returns the page's URL. Raises SetUpError."""
         url = self.serve([(r"/socket", PageSocket), (r"/camera\.jpg", CameraHandler)],
-                         address, port, certificate, websocket_ping_interval=5.0, websocket_ping_timeout=10.0)
+                         address, port, certificate, websocket_ping_interval=PING, websocket_ping_timeout=2 * PING)
         self._feeder = self._loop.create_task(self._feed())
         return url
 
@@ -88,15 +89,10 @@ class WebServer(PageServer):
             else:
                 page.send({"kind": "refused", "what": message.kind})
 
-    @property
-    def _pressed_at(self):
-        """[ms] when the emergency stop was pressed for the last time; a browser gives it back as it came."""
-        return 1000.0 * self.robot.emergency_stop.pressed_at
-
     def _order(self, page, message):
         """Requests that only the driving page may make."""
         if message.kind == "release":
-            if message.values == (self._pressed_at,):
+            if message.values == (self.robot.emergency_stop.pressed_at,):  # a browser gives it back as it came
                 self.robot.emergency_stop.release()
             else:  # the person had not seen that somebody has pressed it again
                 page.send({"kind": "late", "what": message.kind})
@@ -125,14 +121,14 @@ class WebServer(PageServer):
             await asyncio.sleep(due - self._loop.time())
             if not self.pages:
                 continue
-            now = time.monotonic()
-            told = [{"kind": "state", "time": round(now * 1000.0, 1), "driver": self.seat.driver,
-                     "held": sorted(self.seat.held), "pressed_at": self._pressed_at, **self.robot.state()}]
+            told = [{"kind": "state", "time": round(time.monotonic() * 1000.0, 1), "driver": self.seat.driver,
+                     "held": sorted(self.seat.held), "pressed_at": self.robot.emergency_stop.pressed_at,
+                     **self.robot.state()}]
             if tick % STATUS_STATES == 0:
                 told.append({"kind": "status", "pages": len(self.pages), **self.robot.status()})
             texts = [json.dumps(one) for one in told]
             for page in tuple(self.pages):
-                page.feed(texts, now)
+                page.feed(texts)
 
     async def metrics(self):
         """Text for Prometheus."""

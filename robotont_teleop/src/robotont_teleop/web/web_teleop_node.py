@@ -82,7 +82,7 @@ def report(server, url):
         "stops because the page fell silent": seat.timeouts,
         "messages and requests refused": server.refused,
     }
-    if seat.hands_off:
+    if seat.driver in seat.held:
         return WARN, "the page that drives fell silent or the robot was stopped: let go of the sticks once", values
     return OK, f"{url}, open pages: {len(server.pages)}" + (f"; its token: in {file}" if file else ""), values
 

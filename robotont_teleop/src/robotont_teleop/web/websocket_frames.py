@@ -45,9 +45,3 @@ def write(page, text):
     with contextlib.suppress(tornado.websocket.WebSocketClosedError):
         page.writing = page.write_message(text)  # kept, for the loop holds it only weakly
         page.writing.add_done_callback(lambda done: done.cancelled() or done.exception())
-
-
-def drop(page):
-    """End the connection of a WebSocketHandler without words: nobody reads them."""
-    if page.ws_connection is not None:
-        page.ws_connection._abort()

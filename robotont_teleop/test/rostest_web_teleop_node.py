@@ -33,18 +33,15 @@ def rush_of_commands(page):
             time.sleep(0.01)
 
 
-class WebTeleopNode(PageServerTest):
-    def start_move_base(self):
+class WebTeleopNodeTest(PageServerTest):
+    def test_a_long_press_on_the_map_sends_the_robot_there_and_stop_takes_the_goal_back(self):
         goals = self.listen("move_base/goal", MoveBaseActionGoal)
         statuses = self.listen("move_base/status", GoalStatusArray)
         self.processes.start(MOVE_BASE, "cmd_vel:=cmd_vel/navigation")
         wait_for(lambda: statuses, "move_base")
-        return goals, lambda: [status for status in statuses[-1].status_list if status.status in GOING_ON]
 
-
-class WebTeleopNodeTest(WebTeleopNode):
-    def test_a_long_press_on_the_map_sends_the_robot_there_and_stop_takes_the_goal_back(self):
-        goals, active = self.start_move_base()
+        def active():
+            return [status for status in statuses[-1].status_list if status.status in GOING_ON]
         self.start()
         page = self.open()
         right, up = 0.4, 0.7
@@ -86,36 +83,8 @@ class WebTeleopNodeTest(WebTeleopNode):
         self.assertEqual(self.processes.stop(self.start(), signal.SIGTERM), 0, "it has not ended by itself")
 
 
-class NightlyWebTeleopNodeTest(WebTeleopNode):
+class NightlyWebTeleopNodeTest(PageServerTest):
     """Once a day."""
-
-    def test_of_many_goals_the_newest_is_pursued_and_none_waits(self):
-        goals, active = self.start_move_base()
-        self.start()
-        page = self.page()
-        wait_for(lambda: page.messages["status"]["navigation"], "navigation")
-        page.order("goal", x=0.0, y=1.0)
-        wait_for(active, "the first goal")
-        for number in range(1, 8):
-            page.order("goal", x=0.5 * number, y=1.0)
-        newest = wait_for(lambda: goals and goals[-1].goal.target_pose.pose.position.x == 3.5 and goals[-1],
-                          "the newest goal", timeout=5)
-        wait_for(lambda: [status.goal_id.id for status in active()] == [newest.goal_id.id], "only the newest goal")
-        wait_for(lambda: page.messages["status"]["goal"] and page.messages["status"]["goal"]["x"] == 3.5 and
-                 "to go" in page.messages["status"]["goal"]["words"], "the goal on the page")
-        page.order("goal", x=1.0, y=0.0)
-        page.send({"kind": "cancel"})
-        wait_for(lambda: not active() and page.messages["status"]["goal"] is None, "the end of all goals")
-        seen = len(goals)
-        time.sleep(0.5)  # in which a goal that waits would be sent
-        self.assertEqual((len(goals), active()), (seen, []))
-
-        page.order("goal", x=200.0, y=0.0)  # given up at once
-
-        def waits():
-            goal = page.messages["status"]["goal"]
-            return goal and goal["words"].startswith("waits, ")
-        wait_for(waits, "words that it waits for a way")
 
     def test_by_the_token_over_https_and_no_token_in_any_log(self):
         folder = self.processes.folder

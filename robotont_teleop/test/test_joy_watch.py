@@ -9,6 +9,7 @@ from rospy.msg import deserialize_messages, serialize_message
 from sensor_msgs.msg import Joy
 
 from robotont_teleop.hand import joy_watch
+from robotont_teleop.hand.still_pad import StillPad
 
 STOP, DEAD_MAN, RELEASE = 1, 4, 7
 
@@ -47,6 +48,16 @@ class Watch:
 @pytest.fixture
 def watch(monkeypatch):
     return Watch(monkeypatch)
+
+
+def test_what_does_not_change_is_gone_and_any_change_brings_it_back():
+    pad = StillPad(1.5)
+    assert not pad.hear(((0.4,), (1,)), 9.0), "it may have been so for long"
+    assert pad.hear(((0.5,), (1,)), 10.0)
+    assert pad.hear(((0.5,), (1,)), 11.4)
+    assert not pad.hear(((0.5,), (1,)), 11.5)
+    assert not pad.hear(((0.5,), (1,)), 99.0)
+    assert pad.hear(((0.51,), (1,)), 99.1)
 
 
 def test_a_tap_counts_that_is_over_when_it_is_heard(watch):
@@ -88,8 +99,12 @@ def test_what_a_pad_tells_at_the_start_may_be_from_long_ago(watch):
 
 @pytest.mark.parametrize("gap", [0.05, 10.0])
 def test_a_release_that_waited_for_this_process_is_not_carried_out(watch, gap):
+    assert watch.says().startswith("no gamepad")
     for _ in range(10):
         watch.pad(0.0)
+    assert watch.says() == "a gamepad"
+    watch.pad(0.0, RELEASE)
+    assert not watch.releases, "a single button releases nothing"
     watch.pad(0.0, DEAD_MAN, after=gap)
     watch.pad(0.0, DEAD_MAN, RELEASE, after=0.001)
     assert len(watch.releases) == (gap < 1.0)

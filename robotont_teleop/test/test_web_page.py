@@ -152,14 +152,10 @@ def level(page):
     return page.run("$('dot').dataset.level")
 
 
-ME, PROGRAM = {"mover": ["page", ""], "driven_by": "hand"}, {"mover": ["program", "square"], "driven_by": "nobody"}
+PROGRAM = {"mover": ["program", "square"], "driven_by": "nobody"}
 HEADS = {  # what the robot reports: who drives, what a stick does, whether it lives
     "nobody": ({}, ("Nobody drives", "Push a stick to drive", True)),
-    "a program, straight on cmd_vel": (PROGRAM, ("Program: square", "Careful: a stick adds to it", True)),
-    "a program, through the mux": ({**PROGRAM, "driven_by": "default"},
-                                   ("Program: square", "A stick takes it over", True)),
-    "navigation": ({"mover": ["navigation", "move_base"]}, ("Navigation drives", "A stick takes it over", True)),
-    "keys": ({"mover": ["hand", "keyboard_teleop_1"]}, ("Keys drive", "Push a stick to drive", True)),
+    "a program": (PROGRAM, ("Program: square", "Careful: a stick adds to it", True)),
     "no mux": ({"heard": False}, ("Nobody drives", "No cmd_vel_mux: sticks are off", False)),
     "a stop that has not arrived": ({**PROGRAM, "stopped": True, "stop_waits": True},
                                     ("Program: square", "Sticks wait for the release", False)),
@@ -181,15 +177,6 @@ def test_the_head_says_who_moves_the_robot_and_what_a_stick_does(page, served):
         page.lift()
         wait_for(lambda: not drives(served), "the stop")
         served.server.seat.leave(served.server.seat.driver)  # as if this page were another one
-
-
-def test_a_program_drives_although_this_page_has_the_seat(page, served):
-    drive_by_key(page, served)
-    page.key("KeyW", down=False)
-    report(served, given=ME)
-    page.wait("$('driver').innerText === 'You drive'", "the page")
-    report(served, given=PROGRAM)
-    page.wait("$('driver').innerText === 'Program: square'", "the program")
 
 
 def test_without_its_board_sticks_are_still_and_a_finger_has_to_come_anew(page, served):
@@ -226,21 +213,12 @@ def test_the_worst_fault_stands_where_one_looks(page, served):
     assert page.text("#summary") == "All is well (1)"
 
 
-REMEDIES = (
-    ("who drives", "default must stop once after the emergency stop before driving; or call /cmd_vel_mux/give_back",
-     ("end the program", "Programm beenden", "lõpeta programm")),
-    ("who drives", "/square also on cmd_vel: commands may mix; use cmd_vel/default",
-     ("use cmd_vel/default", "cmd_vel/default nehmen", "kasutagu see cmd_vel/default")),
-    ("guard", "in the way: something on the left, 0.08 m from the robot",
-     ("in the way", "Etwas ist im Weg", "Midagi on ees")))
-
-
 def test_who_cannot_drive_is_told_why_in_each_language(page, served):
-    for task, words, remedies in REMEDIES:
-        report(served, {f"cmd_vel_mux: {task}": (1, words)})
-        for language, remedy in zip(("en", "de", "et"), remedies):
-            choose_language(page, language)
-            page.wait(f"$('fault_words').innerText.includes({remedy!r})", "what to do")
+    words = "default must stop once after the emergency stop before driving; or call /cmd_vel_mux/give_back"
+    report(served, {"cmd_vel_mux: who drives": (1, words)})
+    for language, remedy in (("en", "end the program"), ("de", "Programm beenden"), ("et", "lõpeta programm")):
+        choose_language(page, language)
+        page.wait(f"$('fault_words').innerText.includes({remedy!r})", "what to do")
     page.look(PHONE, False)
     press_mouse(page, "#more")
     page.wait(f"document.querySelector('#lights p[lang]').innerText === {words!r}", "the robot's own words")

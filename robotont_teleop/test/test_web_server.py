@@ -1,7 +1,5 @@
 """The server against browsers that mean well: what moves the robot."""
 
-import asyncio
-import contextlib
 import io
 import json
 import socket
@@ -10,7 +8,6 @@ from types import SimpleNamespace
 
 import pytest
 from PIL import Image
-from tornado.websocket import WebSocketClosedError
 from web_client import Served
 
 from robotont_teleop.hand.speeds import STOP
@@ -81,23 +78,6 @@ def test_what_is_old_is_dropped_and_the_page_of_an_order_informed(timely):
     assert not timely.robot.orders
     assert not timely.robot.sent
     assert timely.server.seat.driver is None
-
-
-def test_the_end_of_the_server_is_a_zero_after_which_nothing_comes(served):
-    page = served.ready_page()
-    page.drive(0.3)
-    wait_for(lambda: served.robot.moved, "the command")
-
-    async def end():
-        task = asyncio.ensure_future(served.server.close())
-        command = {"kind": "drive", "time": page.time, "x": 0.3, "y": 0, "turn": 0}
-        for _ in range(20):
-            with contextlib.suppress(WebSocketClosedError):
-                await page.socket.write_message(json.dumps(command))
-            await asyncio.sleep(0.002)
-        await task
-    served.do(end())
-    assert served.robot.sent == [(0.3, 0.0, 0.0), STOP]
 
 
 def test_a_failure_of_the_feeding_loop_is_not_silent(served, monkeypatch):

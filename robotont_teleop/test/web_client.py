@@ -79,7 +79,7 @@ class Client(LoopClient):
             headers["Host"] = host
         if cookie:
             headers["Cookie"] = f"robotont_teleop={cookie}"
-        return OpenPage(self, "/socket", headers)
+        return OpenPage(self, headers)
 
     def ready_page(self, **who):
         page = self.page(**who)
@@ -111,22 +111,26 @@ class Served(Client):
         super().__exit__()
 
 
-class Connection:
-    """A WebSocket of a Client. Subclasses `take` what comes."""
+class OpenPage:
+    """What a page would be: the newest state, and messages."""
 
-    def __init__(self, client, path, headers, **options):
+    def __init__(self, client, headers):
         self._client, self.closed = client, False
+        self.messages = {}  # newest of each kind
+        self.states = 0
 
         async def connect():
-            request = HTTPRequest(f"ws://127.0.0.1:{client.port}{path}", headers=headers)
-            return await websocket_connect(request, on_message_callback=self._on_message, **options)
+            request = HTTPRequest(f"ws://127.0.0.1:{client.port}/socket", headers=headers)
+            return await websocket_connect(request, on_message_callback=self._on_message)
         self.socket = client.do(connect())
 
-    def _on_message(self, message):
-        if message is None:
+    def _on_message(self, text):
+        if text is None:
             self.closed = True
-        else:
-            self.take(message)
+            return
+        message = json.loads(text, parse_constant=_refuse_constant)
+        self.messages[message["kind"]] = message
+        self.states += message["kind"] == "state"
 
     def send(self, *messages):
         async def write():
@@ -140,20 +144,6 @@ class Connection:
         async def close():
             self.socket.close()
         self._client.do(close())
-
-
-class OpenPage(Connection):
-    """What a page would be: the newest state, and messages."""
-
-    def __init__(self, *where):
-        self.messages = {}  # newest of each kind
-        self.states = 0
-        super().__init__(*where)
-
-    def take(self, text):
-        message = json.loads(text, parse_constant=_refuse_constant)
-        self.messages[message["kind"]] = message
-        self.states += message["kind"] == "state"
 
     @property
     def time(self):

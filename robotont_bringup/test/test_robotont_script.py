@@ -101,6 +101,9 @@ def test_update_takes_the_newest_version_goes_back_and_touches_nothing_of_the_us
     assert now() == ("newer", "kept")
     git(robot, "remote", "set-url", "origin", str(tmp_path / "gone"))
     assert f"no connection to {tmp_path / 'gone'}" in robotont(robot, "update").stdout
+    assert now() == ("newer", "kept")
+    assert robotont(robot, "update", "HEAD@{1}").returncode == 0, "the way back needs no network"
+    assert now() == ("v1.10.0", "kept")
 
 
 def test_update_without_tags_takes_the_newest_commit_and_says_so(tmp_path):

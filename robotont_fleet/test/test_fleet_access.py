@@ -7,6 +7,7 @@ import subprocess
 import pytest
 from fleet_rig import Rig
 
+from robotont_fleet import fleet_node
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet import zenoh_setup as setup
 from robotont_fleet.zenoh_setup import client_settings, open_session, read_users, zenoh
@@ -153,3 +154,19 @@ def test_without_zenoh_the_robot_drives_on_and_one_line_says_how_to_install_it(t
         wait_for(lambda: setup.ABSENT in log.read_text(), "the line")
         assert node.poll() is None
         assert log.read_text().count("\n") <= 2
+
+
+@needs_zenoh
+def test_without_a_router_no_answer_counts_though_zenoh_gives_one():
+    node = fleet_node.FleetNode.__new__(fleet_node.FleetNode)
+    node.name, node._identity, node._asked = "r1", "a", 0.0
+    port = free_port()
+    with open_session(setup.router_settings("127.0.0.1", port)) as router, \
+            open_session(client_settings(f"tcp/127.0.0.1:{port}")) as node._session:
+        node._ask()
+        answered = node._asked
+        assert answered
+        router.close()
+        wait_for(lambda: not node._session.info.routers_zid(), "the end of the connection")
+        node._ask()
+        assert node._asked == answered

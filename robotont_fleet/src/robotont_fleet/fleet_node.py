@@ -258,7 +258,8 @@ class FleetNode:
                            "config/fleet/fleet.yaml"), values
         if self._session is None or boot_time() - self._asked > 2 * ANSWER:
             return WARN, (f"no answer from {self._parameters['router']}: does ./robotont fleet run there, and is its "
-                          f"password for {self.name} in {self._password_file} since before fleet.launch? The robot drives without it"), values
+                          f"password for {self.name} in {self._password_file} since before fleet.launch? "
+                          "The robot drives without it"), values
         if not self._robot.emergency_stop.has_driver:
             return ERROR, (f"no driver_node in {rospy.get_namespace()}, so no stop and no goal reaches a robot: does "
                            "it run, and in this namespace (fleet.launch namespace:=robot1)?"), values

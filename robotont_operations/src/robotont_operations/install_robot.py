@@ -143,7 +143,8 @@ def _install(options, live):
     _warn(options, live, used)
     model = importlib.util.find_spec("xacro") is not None
     if not model:
-        print("install-robot: no xacro: the robot starts without its model. For one: ./robotont setup sim, then this again")
+        print("install-robot: no xacro: the robot starts without its model. "
+              "For one: ./robotont setup sim, then this again")
     templates = Path(rospkg.RosPack().get_path("robotont_operations")) / "install"
     files, links = installation(templates, _udev_rules(), os.environ, options.network or "", options.robot, model,
                                 options.page or "", options.fleet or "")

@@ -49,7 +49,7 @@ class GuardedDrive:
         self.simulation = Simulation(WHEELS, World(tuple(boxes), start))
         self.guard = make_guard()
         self._bounds = bounds
-        self.angles, self.plugged, self.touched, self.nearest = angles, True, False, math.inf
+        self.angles, self.touched, self.nearest = angles, False, math.inf
         self.held = 0  # periods in which something was in the way
         self._boxes = boxes
         self._run = LockstepRun(self.simulation)
@@ -66,7 +66,7 @@ class GuardedDrive:
         fastest = 0.0
         for _ in range(round(seconds / PERIOD)):
             self._ticks += 1
-            if self.plugged and self._ticks % SCAN_PERIODS == 0:
+            if self._ticks % SCAN_PERIODS == 0:
                 self._heard.append((self._ticks + SCAN_DELAY, self._look(self.now)))
             while self._heard and self._heard[0][0] <= self._ticks:
                 for reading in self._heard.popleft()[1]:

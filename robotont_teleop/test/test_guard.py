@@ -220,14 +220,6 @@ def test_no_reading_is_not_free(value, before):
         assert speed_of(guard, now=100.71 if before is not None else 100.0) == SLOW
 
 
-def test_nothing_within_range_is_free():
-    guard = make_guard()
-    for number in range(12):
-        where = place(yaw=math.radians(30 * number))
-        show(guard, np.full(len(CONE), math.inf), sensor=number, angles=CONE, where=where)
-    assert speed_of(guard) == HAND
-
-
 def test_no_reading_takes_nothing_back_before_the_reading_is_old_and_then_it_is_slow():
     guard = show(show(make_guard(), scan_of(0.24)), np.full(len(AROUND), math.nan), 100.6, times=6)
     assert speed_of(guard, now=100.6) < 0.1

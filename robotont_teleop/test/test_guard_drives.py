@@ -92,14 +92,6 @@ def test_no_small_circle_leads_into_what_is_too_near_to_be_measured(seeds):
         assert not drive.touched, (seed, drive.guard.held)
 
 
-def test_a_sensor_that_is_unplugged_in_mid_drive_slows_the_robot():
-    drive = GuardedDrive([box(9.0, 0.0, 0.1, 4.0, 0.0)], (0.0, 0.0, 0.0))
-    drive.drive((0.8, 0.0, 0.0), 1.2)
-    drive.plugged = False
-    drive.drive((0.8, 0.0, 0.0), 1.2)
-    assert 0.25 < drive.drive((0.8, 0.0, 0.0), 0.3) < 0.35
-
-
 @pytest.mark.parametrize(("seed", "minutes", "nearest"), [(5, 0.2, 0.12), (5, 0.2, SCAN_BOUNDS[0]), *(
     pytest.param(seed, 30, SCAN_BOUNDS[0], marks=pytest.mark.long) for seed in (4242, 90210, 5, 77, 31337, 777))])
 def test_free_driving_in_the_room_has_no_false_stop(seed, minutes, nearest):

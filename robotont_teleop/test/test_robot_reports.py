@@ -11,11 +11,15 @@ TOLD = {"robot1/serial_com_node: link": "robot1", "robot2/serial_com_node: link"
         "robotont", "camera/driver: temperature": "R200"}
 
 
+@pytest.fixture(autouse=True)
+def no_topics(monkeypatch):
+    monkeypatch.setattr("rospy.Subscriber", lambda *_, **__: None)
+
+
 @pytest.mark.parametrize("namespace, own", [
     ("/robot1/", ["robot1/serial_com_node: link"]), ("/robot2/", ["robot2/serial_com_node: link"]),
     ("/", ["camera/driver: temperature", "serial_com_node: link"])])
 def test_faults_of_the_own_robot_only(monkeypatch, namespace, own):
-    monkeypatch.setattr("rospy.Subscriber", lambda *_, **__: None)
     monkeypatch.setattr("rospy.get_namespace", lambda: namespace)
     reports = RobotReports()
     for _ in range(2):
@@ -39,8 +43,7 @@ def test_errors_come_first_then_silence_and_warnings():
     (0.1, "serial_com_node: board", "battery_low", [("serial_com_node: board", 2, "battery_low")]),
     (0.5, "odom_node: gyro", "", [("odom_node: gyro", 0, "")]),
     *((unknown, "odom_node: gyro", "", [("odom_node: gyro", 0, "")]) for unknown in (float("nan"), -1.0, 85.0))])
-def test_a_battery_that_is_low_is_a_light_once(monkeypatch, percentage, task, key, lights):
-    monkeypatch.setattr("rospy.Subscriber", lambda *_, **__: None)
+def test_a_battery_that_is_low_is_a_light_once(percentage, task, key, lights):
     reports = RobotReports("")
     reports._on_battery(BatteryState(percentage=percentage))
     reports._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(
@@ -50,16 +53,29 @@ def test_a_battery_that_is_low_is_a_light_once(monkeypatch, percentage, task, ke
 
 
 @pytest.mark.parametrize("level", [-128, -1, 3, 127])
-def test_a_level_that_is_none_is_shown_as_silence(monkeypatch, level):
-    monkeypatch.setattr("rospy.Subscriber", lambda *_, **__: None)
+def test_a_level_that_is_none_is_shown_as_silence(level):
     reports = RobotReports("")
-    reports._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(name="a: b", level=level)]))
-    assert [light["level"] for light in reports.lights] == [3]
-    assert reports.worst["fault"] == "silent"
+    reports._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(name="a: b", level=level, message="stale")]))
+    assert reports.worst == {"task": "a: b", "level": 3, "words": "stale", "fault": "silent"}
 
 
-def test_a_speed_that_is_no_number_is_unknown(monkeypatch):
-    monkeypatch.setattr("rospy.Subscriber", lambda *_, **__: None)
+def test_pages_and_fleet_are_told_the_same_worst_and_that_a_task_has_fallen_silent(monkeypatch):
+    now, reports = [100.0], RobotReports("")
+    monkeypatch.setattr("time.monotonic", lambda: now[0])
+
+    def say(name, level):
+        reports._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(name=name, level=level, message="in words")]))
+    say("a: well", 0)
+    say("b: link", 1)
+    assert reports.worst == {"task": "b: link", "level": 1, "words": "in words", "fault": ""}
+    now[0] += 6.0
+    say("c: link", 2)
+    assert reports.worst["task"] == reports.lights[0]["name"] == "c: link"
+    assert [(light["level"], light["words"], light["key"]) for light in reports.lights[1:]] == [
+        (3, "silent for 5 s", "silent")] * 2
+
+
+def test_a_speed_that_is_no_number_is_unknown():
     reports, odometry = RobotReports(""), Odometry()
     odometry.twist.twist.linear.x = float("nan")
     reports._on_odometry(odometry)

@@ -71,9 +71,7 @@ def test_no_other_files(served):
         assert served.request("GET", path)[0] == 404, path
 
 
-def test_other_methods_and_large_requests(served):
-    assert served.request("POST", "/", "x")[0] == 405
-    assert served.request("DELETE", "/app.js")[0] == 405
+def test_a_large_request_is_refused_and_the_server_goes_on(served):
     origin = f"http://127.0.0.1:{served.port}"
     try:
         status = served.request("POST", "/login", "token=" + "x" * 100_000, Origin=origin)[0]

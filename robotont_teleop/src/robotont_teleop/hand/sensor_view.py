@@ -7,6 +7,14 @@ LEVEL = 0.05  # [m] by which a ray may fall or rise below or above its sensor, a
 FAN = np.linspace(-0.5, 0.5, 16)  # what a range sensor has measured may be anywhere in its field of view
 
 
+def reading_of(message):
+    """(angles, ranges, bounds) of a LaserScan or a Range, as `look` takes them."""
+    if hasattr(message, "range"):
+        return FAN * message.field_of_view, message.range, (message.min_range, message.max_range)
+    angles = message.angle_min + message.angle_increment * np.arange(len(message.ranges))
+    return angles, np.array(message.ranges), (message.range_min, message.range_max)
+
+
 def look(place, angles, ranges, bounds, able, body):
     """(points, rays, reach, able): obstacles; each ray's direction, and how far [m] it shows what is there.
 

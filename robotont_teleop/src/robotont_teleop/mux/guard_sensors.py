@@ -2,7 +2,6 @@
 
 import contextlib
 
-import numpy as np
 import rospy
 import tf2_ros
 from nav_msgs.msg import Odometry
@@ -14,7 +13,7 @@ from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import ParameterError, is_number
 from robotont_driver.ros.server_parameters import running_wheels
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
-from robotont_teleop.hand.sensor_view import FAN
+from robotont_teleop.hand.sensor_view import reading_of
 from robotont_teleop.mux.guard import PERIODS, REACTION, Guard
 
 DECELERATION = 1.5  # [m/s^2] where the driver has no limit of its own
@@ -62,20 +61,19 @@ class SensingGuard(Guard):
         self.moves((twist.linear.x, twist.linear.y, twist.angular.z), boot_time())
 
     def _on_scan(self, scan):
-        angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
-        self._take("scan", scan, angles, np.array(scan.ranges), (scan.range_min, scan.range_max))
+        self._take("scan", scan)
 
     def _on_range(self, reading):
-        self._take("range", reading, FAN * reading.field_of_view, reading.range, (reading.min_range, reading.max_range))
+        self._take("range", reading)
 
-    def _take(self, topic, reading, angles, ranges, bounds):
+    def _take(self, topic, reading):
         frame, stamp, now = reading.header.frame_id.lstrip("/"), reading.header.stamp, boot_time()
         name = f"{topic} of {frame!r} by {connection_header(reading).get('callerid')}"
         age = 0.0 if stamp.is_zero() else max(0.0, (rospy.Time.now() - stamp).to_sec())
         try:
             found = self._frames.lookup_transform_core(self._base_frame, frame, rospy.Time()).transform
             place = rotation_of(found.rotation), (found.translation.x, found.translation.y, found.translation.z)
-            self.see(name, place, angles, ranges, bounds, now - age)
+            self.see(name, place, *reading_of(reading), now - age)
         except tf2_ros.TransformException:
             self._refused[name] = now, f"/tf_static does not tell where it is in {self._base_frame}"
         except ValueError as why:

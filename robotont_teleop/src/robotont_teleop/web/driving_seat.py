@@ -21,7 +21,6 @@ class DrivingSeat:
         self._moving_since = None  # [s] server time that the newest command with motion has seen, None when at rest
         self.held = set()          # pages whose sticks must be let go before they drive
         self.dropped = 0           # commands that came too late
-        self.foreign = 0           # motion asked for by pages that do not drive
         self.timeouts = 0          # stops because a moving page fell silent
 
     def is_fresh(self, seen, now):
@@ -67,7 +66,6 @@ class DrivingSeat:
         if stopped or page != self.driver:
             self.held.add(page)
         if page != self.driver:
-            self.foreign += 1
             return None
         if page in self.held:
             return self._rest()

@@ -61,7 +61,7 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         try:
             self.server.receive(self, text)
         except MessageError as error:
-            self._refuse(str(error))
+            self.end(NOT_OURS, str(error))
 
     def count_frame(self):
         """A frame of any kind has come."""
@@ -69,7 +69,7 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         self._frames = self._frames + 1 if second == self._second else 1
         self._second = second
         if self.number is not None and self._frames > FRAMES_PER_SECOND:
-            self._refuse(f"more than {FRAMES_PER_SECOND} frames per second")
+            self.end(NOT_OURS, f"more than {FRAMES_PER_SECOND} frames per second")
 
     def on_close(self):
         """Called by tornado."""
@@ -92,7 +92,3 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         self.server.remove(self)
         self.number = None
         self.close(code, words.encode()[:LONGEST_REASON].decode(errors="ignore"))
-
-    def _refuse(self, words):
-        self.server.refused += 1
-        self.end(NOT_OURS, words)

@@ -8,7 +8,6 @@ import itertools
 import socket
 import time
 
-import numpy as np
 import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalID
@@ -25,8 +24,8 @@ from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto_client import GoTo
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.movers import Movers
-from robotont_teleop.hand.robot_reports import LONGEST_WORDS, STALE, RobotReports, rounded
-from robotont_teleop.hand.sensor_view import FAN
+from robotont_teleop.hand.robot_reports import LONGEST_WORDS, RobotReports, rounded
+from robotont_teleop.hand.sensor_view import reading_of
 from robotont_teleop.hand.service_request import ServiceRequest
 from robotont_teleop.hand.twist_publisher import TwistPublisher
 from robotont_teleop.web.camera import Camera
@@ -35,7 +34,7 @@ from robotont_teleop.web.newest_goal import NewestGoal
 from robotont_teleop.web.page_pictures import map_picture, nearest, thinned_scan
 
 MAP_FRAME = "map"
-LIGHTS, RANGES = 24, 16
+LIGHTS, MOST_KEPT = 24, 20  # lights that are shown; values, of which range sensors have one each
 COMMANDS = ("cmd_vel", "cmd_vel/hand", "cmd_vel/navigation", "cmd_vel/default")
 LOOK_PERIOD, NEXT_ROBOT = 0.5, 5.0  # [s] between two looks at which robot runs
 
@@ -54,7 +53,6 @@ class RobotView(RobotReports):
         self.camera = Camera(camera_topic)
         self.map_picture, self._map = None, None  # PNG, where it lies
         self._body = None  # of `look`, until a robot runs
-        self._ranges = {}  # frame: (time [s], Range)
         self._frame = ""   # of the newest pose
         self._frames = FrameChain()
         self._movers = Movers(rospy.get_name(), rospy.resolve_name("cmd_vel_mux"))
@@ -127,16 +125,8 @@ class RobotView(RobotReports):
         return thinned_scan(scan, laser) if laser else None
 
     def _near(self):
-        scan, now = self._fresh("scan"), time.monotonic()
-        readings = []
-        if scan:
-            angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
-            readings.append((scan, angles, scan.ranges, (scan.range_min, scan.range_max)))
-        for at, one in dict(self._ranges).values():
-            if now - at < STALE:
-                readings.append((one, FAN * one.field_of_view, one.range, (one.min_range, one.max_range)))
-        placed = [(self._place_on_robot(message), angles, np.array(ranges, float), bounds)
-                  for message, angles, ranges, bounds in readings]
+        heard = [self._fresh(name) for name in tuple(self._newest) if name.startswith(("scan", "range"))]
+        placed = [(self._place_on_robot(one), *reading_of(one)) for one in heard if one]
         return nearest([one for one in placed if one[0]], self._body) if self._body and placed else []
 
     def _place_on_robot(self, message):
@@ -150,9 +140,9 @@ class RobotView(RobotReports):
         self._movers.hear(topic, connection_header(message).get("callerid", ""), moves, time.monotonic())
 
     def _on_range(self, message):
-        frame = message.header.frame_id
-        if frame in self._ranges or len(self._ranges) < RANGES:
-            self._ranges[frame] = time.monotonic(), message
+        name = f"range {message.header.frame_id}"
+        if name in self._newest or len(self._newest) < MOST_KEPT:
+            self._keep(name, message)
 
     def _on_map(self, message):
         try:

@@ -55,8 +55,6 @@ class Guarded:
 
     def write_error(self, status_code, **_):
         """One line, without anything that the request held."""
-        if status_code >= 400:
-            self.server.refused += 1
         self.set_header("Content-Type", "text/plain; charset=utf-8")
         self.finish(f"{status_code} {self._reason}\n")
 

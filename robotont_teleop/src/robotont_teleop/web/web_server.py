@@ -29,7 +29,6 @@ class WebServer(PageServer):
         super().__init__(access, names, read_files("robotont_teleop", robot.name))
         self.robot, self.seat = robot, seat
         self.pages = set()
-        self.commands = 0       # sent to the robot
         self._numbers = itertools.count(1)
         self._dead_man = None   # the timer's handle
 
@@ -106,7 +105,6 @@ class WebServer(PageServer):
         if left is not None and self._dead_man is None:
             self._dead_man = self._loop.call_later(left, self._look)
         if twist is not None:
-            self.commands += 1
             self.robot.send(twist)
 
     def _look(self):

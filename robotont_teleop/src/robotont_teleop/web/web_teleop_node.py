@@ -76,11 +76,8 @@ def report(server, url):
     values = {
         "open pages": len(server.pages),
         "page that drives": seat.driver or "none",
-        "commands sent": server.commands,
         "commands dropped because they came late": seat.dropped,
-        "commands of pages that do not drive": seat.foreign,
         "stops because the page fell silent": seat.timeouts,
-        "messages and requests refused": server.refused,
     }
     if seat.driver in seat.held:
         return WARN, "the page that drives fell silent or the robot was stopped: let go of the sticks once", values

@@ -1,5 +1,6 @@
 """The server against browsers that mean well: what moves the robot."""
 
+import asyncio
 import io
 import json
 import socket
@@ -84,7 +85,7 @@ def test_a_failure_of_the_feeding_loop_is_not_silent(served, monkeypatch):
     page = served.ready_page()
     monkeypatch.setattr(served.robot, "state", lambda: 1 / 0)
     with pytest.raises(ZeroDivisionError):
-        served.do(served.server.ended())
+        served.do(asyncio.wait_for(served.server.feeder, None))
     assert page.states
 
 

@@ -36,17 +36,13 @@ class WebServer(PageServer):
         """Serve; returns the page's URL. Raises SetUpError."""
         url = self.serve([(r"/socket", PageSocket), (r"/camera\.jpg", CameraHandler)],
                          address, port, certificate, websocket_ping_interval=PING, websocket_ping_timeout=2 * PING)
-        self._feeder = self._loop.create_task(self._feed())
+        self.feeder = self._loop.create_task(self._feed())  # ends by its failure only
         return url
-
-    async def ended(self):
-        """Until the loop that feeds the pages fails; raises what it raised."""
-        await self._feeder
 
     async def close(self):
         """Stop serving; the robot stands."""
         self.http_server.stop()
-        self._feeder.cancel()
+        self.feeder.cancel()
         for page in tuple(self.pages):
             page.end(GOING_AWAY, "the server ends")
         await asyncio.sleep(GOODBYE)

@@ -59,15 +59,13 @@ async def serve(robot, access, parameters):
     Health(robot_name(), {"web page": lambda: report(server, url)})
     gc.collect()
     gc.freeze()  # what exists now stays: the collector need not look through it while commands wait
-    ended = asyncio.Event()
-    rospy.on_shutdown(lambda: loop.call_soon_threadsafe(ended.set))
-    ends = [loop.create_task(ended.wait()), loop.create_task(server.ended())]
-    if not rospy.is_shutdown():
-        await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
-    await server.close()
-    for end in ends:
-        if end.done() and not end.cancelled():
-            end.result()  # raises what ended it
+    rospy.on_shutdown(lambda: loop.call_soon_threadsafe(server.feeder.cancel))
+    try:
+        with contextlib.suppress(asyncio.CancelledError):
+            if not rospy.is_shutdown():
+                await server.feeder  # raises what ends it
+    finally:
+        await server.close()
 
 
 def report(server, url):

@@ -10,7 +10,6 @@ from pathlib import Path
 
 from robotont_driver.parameters.files import alone_in, read_file, write_file
 
-LOCAL_NAMES = ("localhost", "127.0.0.1", "::1")
 ATTEMPTS, ATTEMPTS_PERIOD = 5, 60.0  # wrong tokens of an address within [s], after which none of it is looked at
 REMEMBERED = 1000                    # wrong tokens, of all addresses
 LONGEST_TOKEN = 128
@@ -88,16 +87,9 @@ def host_allowed(host, own_address, names):
     a tunnel may change it.
     """
     found = HOST.fullmatch((host or "").lower())
-    if not found:
-        return False
-    name = found[1] or found[2]
-    try:
-        address = ipaddress.ip_address(name)
-        own = ipaddress.ip_address(own_address.partition("%")[0])
-    except ValueError:
-        return name in names or (name in LOCAL_NAMES and is_loopback(own_address))
-    own = getattr(own, "ipv4_mapped", None) or own
-    return address == own or name in names or (address.is_loopback and own.is_loopback)
+    name = found and (found[1] or found[2])  # browsers write each address in one way, as sockets do
+    own = own_address.partition("%")[0].rpartition("::ffff:")[2]
+    return bool(name) and (name == own or name in names or (is_loopback(name) and is_loopback(own)))
 
 
 def origin_allowed(origin, scheme, host):
@@ -106,7 +98,7 @@ def origin_allowed(origin, scheme, host):
 
 
 def is_loopback(address):
-    """Whether a server at this address can be reached from this computer only."""
+    """Whether a server at this address, or of this name, can be reached from this computer only."""
     try:
         return ipaddress.ip_address(address.partition("%")[0]).is_loopback
     except ValueError:

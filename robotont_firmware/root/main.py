@@ -1,5 +1,6 @@
 """Starts the firmware, or leaves the REPL free in safe mode (USER held, or the PC asked for it)."""
 
+import machine
 import micropython
 
 _CTRL_C = 3
@@ -7,18 +8,13 @@ _CTRL_C = 3
 
 def main():
     """Run until the PC asks for the REPL; however it ends, the motors are off and the heap is free."""
-    from robotont_firmware import board, config, resets
+    from robotont_firmware import board, config
     from robotont_firmware.main_loop import Controller
     from robotont_firmware.protocol import line_of
 
-    note = resets.take_note()
-    if note == resets.REPL_WISHED or board.button_pressed(config):
+    cause = board.start_cause()
+    if cause == "repl" or board.button_pressed(config):
         print("# robotont_firmware safe mode: the REPL is free")
-        return
-    cause = resets.reset_cause(note)
-    if resets.starts_in_vain(cause) >= resets.IN_VAIN:
-        resets.forget_starts()
-        print("# robotont_firmware safe mode: the REPL is free, for start after start has ended by a", cause)
         return
     hardware = board.Board(config)
     try:
@@ -37,7 +33,7 @@ def main():
     except Exception as error:
         # The watchdog is no longer fed: it resets the board, and the firmware starts again, and waits for
         # a command of zeros.
-        resets.leave_note(resets.CRASHED)
+        board.leave_note(board.CRASHED)
         line = line_of(f"# crash {error!r}")
         hardware.write(line, len(line))
         raise
@@ -46,7 +42,8 @@ def main():
     if wants_repl:
         line = line_of("# repl")
         hardware.write(line, len(line))
-        resets.restart_into_repl()
+        board.leave_note(board.REPL_WISHED)
+        machine.reset()  # the watchdog allows no REPL without it
 
 
 micropython.kbd_intr(-1)  # MicroPython allows Ctrl-C again for every file that it runs

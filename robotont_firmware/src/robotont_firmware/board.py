@@ -8,13 +8,15 @@ from array import array
 import machine
 import pyb
 
-from robotont_firmware import check_pin_profile, resets
-from robotont_firmware import robot_numbers as bounds
+from robotont_firmware import check_pin_profile
 from robotont_firmware.compat import micropython, ptr16, ticks_cpu, ticks_diff
 
 TIMER_CLOCK = 80000000  # [Hz]
+# A note to the next start, in a backup register of the real-time clock (RTC_BKP31R): it outlives every reset but a
+# power cut, costs no file system, and MicroPython itself does not use it.
+_NOTE = 0x400028CC
+REPL_WISHED, CRASHED = 0x524F4231, 0x524F4232
 _FULL_SCALE = 4095  # of the analogue input, 3.3 V
-_LASTING = 100  # [periods] after which a start was not in vain
 
 # Counter timers, for the filter registers that pyb does not reach; TIMx_CCMR1 is at 0x18 of each.
 _TIMERS = {1: 0x40012C00, 2: 0x40000000, 3: 0x40000400, 4: 0x40000800, 5: 0x40000C00, 8: 0x40013400}
@@ -39,6 +41,25 @@ def copy(source, target, amount: int):
         here[index] = there[index]
 
 
+def start_cause():
+    """Return why the board started, in one word, and forget the note. `repl`: the last run was asked for it.
+
+    A reset by software looks like the reset button to the chip.
+    """
+    note = machine.mem32[_NOTE] & 0xFFFFFFFF
+    machine.mem32[_NOTE] = 0
+    if note in (REPL_WISHED, CRASHED):
+        return "repl" if note == REPL_WISHED else "crash"
+    causes = {machine.PWRON_RESET: "power", machine.HARD_RESET: "button", machine.WDT_RESET: "watchdog",
+              machine.SOFT_RESET: "soft"}  # fmt: skip
+    return causes.get(machine.reset_cause(), "other")
+
+
+def leave_note(note):
+    """Leave REPL_WISHED or CRASHED for the next start."""
+    machine.mem32[_NOTE] = note
+
+
 def button_pressed(config):
     """Return True while the USER button is held."""
     return pyb.Pin(config.SAFE_BUTTON, pyb.Pin.IN).value() == 0
@@ -59,7 +80,6 @@ class Board:
         self._full = config.FULL_EFFORT
         self._ticks = 0  # written by the tick's interrupt alone
         self._seen = 0
-        self._young = _LASTING
         self._latched = array("H", [0] * self._motors)  # written by the tick's interrupt alone
         self._taken = array("H", [0] * self._motors)  # what was latched at the tick that wait_tick has seen
         pull = pyb.Pin.PULL_UP if config.ENCODER_PULL_UPS else pyb.Pin.PULL_NONE
@@ -78,7 +98,6 @@ class Board:
             for (forward, backward), (pin, timer, channel, _) in zip(config.DIRECTIONS, config.PWM)
         ]
         self._faults = [pyb.Pin(pin, pyb.Pin.IN, pyb.Pin.PULL_UP).value for pin in config.FAULTS]
-        self._uart = None
         if config.BATTERY_PIN is not None:
             self._adc = pyb.ADC(pyb.Pin(config.BATTERY_PIN))
             self.battery = self._battery  # a board that does not measure has no such method
@@ -101,11 +120,7 @@ class Board:
         repl = pyb.repl_uart()
         pyb.repl_uart(None)  # also keeps a 0x03 on the line from raising KeyboardInterrupt
         try:
-            if config.UART == check_pin_profile.REPL_UART:
-                self._uart = pyb.UART(config.UART, config.BAUDRATE)
-            else:
-                self._uart = pyb.UART(config.UART, config.BAUDRATE, rxbuf=bounds.line_bytes(config))
-            resets.begin()
+            self._uart = pyb.UART(2, config.BAUDRATE)
             self._watchdog = machine.WDT(timeout=config.WATCHDOG)
         except Exception:
             pyb.repl_uart(repl)
@@ -199,10 +214,6 @@ class Board:
     def feed(self):
         """Feed the watchdog, after every period."""
         self._watchdog.feed()
-        if self._young > 0:
-            self._young -= 1
-            if self._young == 0:
-                resets.forget_starts()
 
     def stop(self):
         """Switch the motors off for good: no pulses, then plain pins held low, also after this program."""

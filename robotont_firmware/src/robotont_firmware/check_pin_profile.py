@@ -9,8 +9,7 @@ DRIVERS = {  # kind: (least, most) [Hz] of the PWM
     "brake": (100, 40000),  # in the off phase current goes on: speed follows the duty
     "coast": (50, 200),  # all switches open: pulses shorter than the current's rise give no torque
 }
-REPL_UART = 2  # the REPL's own object, whose ring of 260 bytes nothing enlarges
-_REPL_RING = 259  # [bytes] that fit into it
+_REPL_RING = 259  # [bytes] that fit into that of the REPL's own UART, which nothing enlarges
 _COUNTERS = (1, 2, 3, 4, 5, 8)  # timers with an encoder mode
 _TIMERS = (1, 2, 3, 4, 5, 6, 7, 8, 15, 16, 17)
 _FULL_SCALE = 4095  # of the analogue input
@@ -67,11 +66,9 @@ def _check_electronics(config):
 
 def _check_times(config):
     """A period has to be long enough for its work, and the watchdog for some periods."""
-    bounds.check_number(config, "UART", 1, 5)
     bounds.check_number(config, "BAUDRATE", 9600, 1000000)
-    if config.UART == REPL_UART:
-        room = bounds.line_bytes(config)
-        _require("RATE", config.RATE, room <= _REPL_RING, f"a period that brings {_REPL_RING} bytes at most: UART 2")
+    room = bounds.line_bytes(config)
+    _require("RATE", config.RATE, room <= _REPL_RING, f"a period of {_REPL_RING} bytes at most: or less BAUDRATE")
     period = 1000000 // config.RATE  # [us]
     work = 1500 + 1450 * config.WHEELS + (20 + 11 * config.WHEELS) * 10000000 // config.BAUDRATE
     _require("RATE", config.RATE, work * 100 <= period * _LOAD, f"a period of {work * 100 // _LOAD} us or more")

@@ -46,8 +46,6 @@ TEST_EFFORT = 400  # [effort] 10 %; a quarter of FULL_EFFORT at most
 TEST_SPEED = 300  # [1/1000 of the no-load speed] the board ends a drive that is faster
 TEST_TIME = 500  # [ms] whatever the PC does
 
-# Serial line to the PC: USART2, the ST-Link's virtual port, shared with the REPL.
-UART = 2
-BAUDRATE = 115200
+BAUDRATE = 115200  # to the PC: USART2, the ST-Link's virtual port, shared with the REPL
 
 from robotont_firmware.pin_profile import *  # noqa: E402, F403 (the profile: pins and electronics)

@@ -78,12 +78,10 @@ class Timer:
 class UART:
     last = None
 
-    def __init__(self, number, baudrate, rxbuf=None):
+    def __init__(self, number, baudrate):
         assert "repl_uart None" in log, "the REPL still listens"
         log.append(f"uart {number}")
-        if number == 2 and rxbuf is not None:
-            raise ValueError("UART is static and rxbuf can't be changed")
-        self.room = 259 if number == 2 else rxbuf or 64  # [bytes] of the receive buffer, as on the chip
+        self.room = 259  # [bytes] of the receive buffer, as on the chip
         self.number, self.baudrate = number, baudrate
         self.inbox = bytearray()
         self.outbox = b""

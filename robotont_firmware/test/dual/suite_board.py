@@ -9,7 +9,7 @@ from fake_hardware import ADC, UART, WDT, Machine, Pyb, Reset, Timer, levels, lo
 
 fake_hardware.install()
 
-from robotont_firmware import board, config, pin_profile_robotont21, resets  # noqa: E402
+from robotont_firmware import board, config, pin_profile_robotont21  # noqa: E402
 from robotont_firmware.main_loop import Controller  # noqa: E402
 
 ROOT = sys.path[1].rsplit("/", 1)[0] + "/root/"  # the runner puts src/ second
@@ -190,8 +190,8 @@ def test_main_gives_the_repl_when_asked():
     assert Timer.all == {}
     sent, error = run_main([checked("!repl")])
     assert b"# robotont_firmware " in sent, "and only once"
-    assert Machine.mem32[0x40002800 + 0xCC] == resets.REPL_WISHED, "in RTC_BKP31R: a file could be damaged"
-    resets.take_note()
+    assert Machine.mem32[0x40002800 + 0xCC] == board.REPL_WISHED, "in RTC_BKP31R: a file could be damaged"
+    board.start_cause()
 
 
 def test_main_stops_the_motors_when_it_crashes():
@@ -212,26 +212,10 @@ def test_after_any_reset_a_zero_command_comes_first():
         levels_seen = []
         sent, error = run_main(commands, lambda: levels_seen.append(levels.get("PB8")), cause)  # noqa: B023
         assert isinstance(error, Reset), (word, error)
-        resets.take_note()
+        board.start_cause()
         assert b" reset " + word.encode() + b";" in sent, word
         assert not any(levels_seen[:31]), (word, "the PC's command still stood")
         assert levels_seen[-1], word
-
-
-def test_what_ends_at_once_again_and_again_leaves_the_repl():
-    resets.take_note()
-    for _ in range(resets.IN_VAIN):
-        sent, error = run_main([b""])
-        assert isinstance(error, IndexError)
-        assert b" reset " in sent
-    fake_hardware.reset()
-    start("main.py")
-    assert Timer.all == {}, "safe mode"
-    sent, _ = run_main([b""] * 101)
-    assert sent, "then it tries again"
-    assert resets.starts_in_vain("watchdog") == 0, "a start that lasts counts for nothing"
-    resets.take_note()
-    resets.forget_starts()
 
 
 def test_ctrl_c_is_off_until_the_repl_is_free():
@@ -273,20 +257,18 @@ def test_an_error_before_the_watchdog_is_armed_ends_in_the_repl():
 
 
 def test_no_command_is_cut_or_refused():
-    """A whole period's bytes fit, on every UART: 125 commands a second, as the page's slider and a client may send."""
-    for uart in (2, 1):
-        made = make(UART=uart)
-        controller = Controller(made, Config(UART=uart), reset_cause="test")
-        controller.start()
-        line, lost = checked("-179.55:0.00:179.55"), 0
-        for period in range(100):
-            for _ in range(3 if period & 1 else 2):
-                lost += UART.last.arrive(line)
-            made._tick(None)
-            controller.step(made.wait_tick())
-            UART.last.outbox = b""
-        assert lost == controller._receiver.dropped == 0, (uart, lost)
-        assert UART.last.room >= 230
+    """A whole period's bytes fit: 125 commands a second, as the page's slider and a client may send."""
+    made = make()
+    controller = Controller(made, config, reset_cause="test")
+    controller.start()
+    line, lost = checked("-179.55:0.00:179.55"), 0
+    for period in range(100):
+        for _ in range(3 if period & 1 else 2):
+            lost += UART.last.arrive(line)
+        made._tick(None)
+        controller.step(made.wait_tick())
+        UART.last.outbox = b""
+    assert lost == controller._receiver.dropped == 0, lost
 
 
 def test_boot_holds_the_motors_and_has_the_pins_of_the_profile():

@@ -136,10 +136,12 @@ def test_a_robot_that_is_told_to_stand_stands_on_a_slope(slope, towards, most, s
 
 def test_a_wall_stops_the_robot_and_is_noticed():
     run = run_in("room")
-    run.hold((-0.4, 0.0, 0.0), 4.0)
-    x, _, _ = run.simulation.pose()
-    assert x > 0.05
+    before = run.simulation.time
+    while run.status.fault == "" and run.simulation.time < before + 4.0:
+        run.drive([(-0.4, 0.0, 0.0)])
+    assert run.status.fault
     assert touches(run.simulation)
+    assert run.simulation.pose()[0] > 0.05
 
 
 def test_the_laser_sees_the_walls_where_they_are():

@@ -85,6 +85,20 @@ def test_driving_behind_the_drivers_limits_is_no_fault(mass, slope, seconds):
             assert not {DRIVER_FAULT, NO_COUNTS, WRONG_WAY} & set(run.status.wheels), (simulation.time, twist)
 
 
+def test_starting_uphill_with_all_that_it_may_weigh_is_no_fault():
+    """Gravity holds the wheels against what the first rule once took for enough to turn them."""
+    wheels = read_robot("thesis").wheels
+    run = LockstepRun(Simulation(wheels._replace(mass=4.4 + 3 * WHEEL_MASS), World()))
+    for towards in (0, 120):  # a wheel's direction
+        tilt(run, 5, towards)
+        run.hold((0.0, 0.0, 0.0), 0.7)
+        before, way = run.simulation.pose(), math.radians(towards)
+        for _ in range(50):
+            run.drive([(-0.06 * math.cos(way), -0.06 * math.sin(way), 0.0)])
+            assert run.status.fault == ""
+        assert math.dist(before[:2], run.simulation.pose()[:2]) == pytest.approx(0.06, abs=0.015)
+
+
 @pytest.mark.parametrize("state", [UNPLUGGED, REVERSED])
 def test_an_encoder_that_breaks_on_a_slow_wheel_beside_fast_ones(state):
     run = run_in()

@@ -1,8 +1,7 @@
 """Holds what a wheel counts against what it is driven with, by four rules; each finds what a healthy wheel does not do.
 
-    NO_COUNTS  driven with half of what a load may need for 300 ms, in which it makes less than a quarter of the way
-               that is wanted, and at least six edges of that are missing; a slow wheel turns late: three quarters, and
-               less than an eighth
+    NO_COUNTS  more is asked for it than what gravity and stiction may hold (MAX_LOAD) for 260 ms, in which it makes
+               less than a quarter of the way that is wanted, and at least six edges of that are missing
     WRONG_WAY  driven one way, and counting the other way, for 450 ms: longer than a push
     TOO_MANY   more counts than the motor can make, for three control periods
     NOISE      counts to and fro, nine turns within a second or two, while it stands without effort
@@ -22,45 +21,48 @@ OVERLOAD = const(4)  # the motor has worked too hard for too long: its current i
 TOO_MANY = const(5)  # another encoder or gear than configured, or noise
 NOISE = const(6)  # encoder unplugged, or its cable picks up the motors
 
-TIME = 300  # [ms] of the first rule, and half as much again of the second
+PART = const(4)  # of the way that is wanted, within
+TIME = 260  # [ms] by the first rule,
+WRONG_TIME = 450  # and of the second
 BEYOND = const(3)  # [control periods] of the third
 TURNS = const(8)  # of the fourth,
 FORGET = 250  # [ms] after which one is forgotten
 _MOST_WAY = const(1048576)  # [fine units] no more is summed
 
-_STATIC = const(0)  # places in the numbers of a wheel: of the configuration,
-_LOAD = const(1)
-_FOLLOWS = const(2)
-_TIME = const(3)
-_REACH = const(4)
-_EDGE = const(5)
-_FORGET = const(6)
-STILL = const(7)  # and of its past: [periods] of less than a quarter of the way,
-_WRONG = const(8)  # the wrong way,
-_MANY = const(9)  # beyond the motor's reach;
-_BEFORE = const(10)  # the speed of the period before,
-_TURNED = const(11)  # [periods] that its turns are remembered;
-_WANTED = const(12)  # the way [fine units] that is wanted,
-_MADE = const(13)  # and that is made, and an edge: so it is never negative
-WATCHED = const(14)  # places
+_FOLLOWS = const(0)  # places in the numbers of a wheel: of the configuration,
+_TIME = const(1)
+_WRONG_TIME = const(2)
+_REACH = const(3)
+_EDGE = const(4)
+_FORGET = const(5)
+STILL = const(6)  # and of its past: [periods] of less than a quarter of the way,
+_WRONG = const(7)  # the wrong way,
+_MANY = const(8)  # beyond the motor's reach;
+_BEFORE = const(9)  # the speed of the period before,
+_TURNED = const(10)  # [periods] that its turns are remembered;
+_WANTED = const(11)  # the way [fine units] that is wanted,
+_MADE = const(12)  # and that is made, and an edge: so it is never negative
+WATCHED = const(13)  # places
 
 
 def watched(config, numbers):
     """Return the first numbers of a wheel's array, for the `Numbers` of its configuration."""
-    return [numbers.static, numbers.load, numbers.follows, numbers.periods(config, TIME), numbers.reach,
+    return [numbers.follows, numbers.periods(config, TIME), numbers.periods(config, WRONG_TIME), numbers.reach,
             1 << numbers.shift, numbers.periods(config, FORGET)] + [0] * (WATCHED - STILL)  # fmt: skip
 
 
 @micropython.viper
-def drive_fault(numbers, wished: int, speed: int, push: int, periods: int) -> int:
-    """Judge a control period in which a wheel should make `wished` and made `speed`, with an effort `push`."""
+def drive_fault(numbers, wished: int, speed: int, push: int, excess: int, periods: int) -> int:
+    """Judge a control period in which a wheel should make `wished` and made `speed`, with an effort `push`.
+
+    excess: the effort that it asked for above MAX_LOAD, or its limits.
+    """
     n = ptr32(numbers)
     if wished < 0:
-        wished, speed, push = 0 - wished, 0 - speed, 0 - push
-    load, still, missing = n[_LOAD], n[STILL], 0
-    slow = wished < n[_FOLLOWS]
-    needs = load - (load >> 2) if slow else load >> 1
-    judged = push - n[_STATIC] > needs and wished > 0 and speed >= 0 - n[_FOLLOWS]
+        wished, speed = 0 - wished, 0 - speed
+        push, excess = 0 - push, 0 - excess
+    still, missing = n[STILL], 0
+    judged = excess > 0 and wished > 0 and speed >= 0 - n[_FOLLOWS]
     if judged or still > 0:
         edge = n[_EDGE]
         wanted, made = n[_WANTED], n[_MADE] - edge if still > 0 else 0
@@ -69,7 +71,7 @@ def drive_fault(numbers, wished: int, speed: int, push: int, periods: int) -> in
         else:
             still -= periods
         made = made if made + edge > 0 else 0 - edge  # an edge back is a tremor, more are no way that is missing
-        missing = wanted - (8 if slow else 4) * (made if made > 0 else 0)
+        missing = wanted - PART * (made if made > 0 else 0)
         if missing <= 0:
             still = 0
         n[STILL] = still if still > 0 else 0
@@ -77,7 +79,7 @@ def drive_fault(numbers, wished: int, speed: int, push: int, periods: int) -> in
         n[_MADE] = made + edge
     wrong = push >= 0 and wished > 0 and speed < 0 - n[_FOLLOWS]
     n[_WRONG] = n[_WRONG] + periods if wrong else 0
-    if n[_WRONG] * 2 > n[_TIME] * 3:
+    if n[_WRONG] > n[_WRONG_TIME]:
         return 3
     return 2 if still > n[_TIME] and missing >= n[_EDGE] * 6 else 0
 

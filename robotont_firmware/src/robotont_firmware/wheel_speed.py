@@ -13,44 +13,45 @@ from robotont_firmware.fault_watch import NO_FAULT, STILL, WATCHED, drive_fault,
 _SOFTEST = const(7)
 _PATIENCE = const(5)  # [control periods] without an edge, after which a wheel gets more
 
-_STATIC = const(0)  # places in the array: those of fault_watch,
-_LOAD = const(1)
-_FOLLOWS = const(2)
-_GAIN = const(14)  # of the configuration,
-_FORWARD = const(15)  # what a speed more takes
-_P = const(16)
-_I = const(17)
-_FOLLOW = const(18)
-_LEAD = const(19)
-_TURN_LEAD = const(20)
-_MAX_EFFORT = const(21)
-_MAX_TORQUE = const(22)
-_CONTINUOUS = const(23)
-_MAX_HEAT = const(24)
-_MAX_INTEGRAL = const(25)
-_STIFFNESS = const(26)
-_MOST_AWAY = const(27)
-_SHIFT = const(28)
-_MOST_EDGES = const(29)
-_FREE = const(30)
-_CREEPS = const(31)
-_SECOND = const(32)
-_FULL = const(33)  # 0 with drivers that brake
-HEAT = const(34)  # and of its past: torque above the continuous one, squared and summed,
-_OVERLOADED = const(35)  # whether that is too much;
-_TURNED_ROUND = const(36)  # [periods] for which it is remembered that the wheel was
-_SOFTNESS = const(37)  # halvings of what counts ask for: an encoder that counts too much makes it swing
-INTEGRAL = const(38)  # sum of errors [fine units]
-REFERENCE = const(39)  # the speed that the wheel should have at the end of the period
-MEAN = const(40)  # and on the mean over it, which its edges are
-_SPEED = const(41)
-_EFFORT = const(42)
-_DIRECTION = const(43)  # in which it was driven last
-_HELD = const(44)  # whether it came to rest, and is kept there
-_IDLE = const(45)  # [periods] without an edge
-_AWAY = const(46)  # [fine units] by which it was moved while it should stand
-_PROVED = const(47)  # whether it was seen to follow its effort
-_PLACES = const(48)
+_FOLLOWS = const(0)  # places in the array: those of fault_watch,
+_STATIC = const(13)  # of the configuration,
+_LOAD = const(14)
+_GAIN = const(15)
+_FORWARD = const(16)  # what a speed more takes
+_P = const(17)
+_I = const(18)
+_FOLLOW = const(19)
+_LEAD = const(20)
+_TURN_LEAD = const(21)
+_MAX_EFFORT = const(22)
+_MAX_TORQUE = const(23)
+_CONTINUOUS = const(24)
+_MAX_HEAT = const(25)
+_MAX_INTEGRAL = const(26)
+_STIFFNESS = const(27)
+_MOST_AWAY = const(28)
+_SHIFT = const(29)
+_MOST_EDGES = const(30)
+_FREE = const(31)
+_CREEPS = const(32)
+_SECOND = const(33)
+_FULL = const(34)  # 0 with drivers that brake
+HEAT = const(35)  # and of its past: torque above the continuous one, squared and summed,
+_OVERLOADED = const(36)  # whether that is too much;
+_TURNED_ROUND = const(37)  # [periods] for which it is remembered that the wheel was
+_SOFTNESS = const(38)  # halvings of what counts ask for: an encoder that counts too much makes it swing
+INTEGRAL = const(39)  # sum of errors [fine units]
+REFERENCE = const(40)  # the speed that the wheel should have at the end of the period
+MEAN = const(41)  # and on the mean over it, which its edges are
+_SPEED = const(42)
+_EFFORT = const(43)
+_EXCESS = const(44)  # that it asked for above seven eighths of MAX_LOAD, or that its limits took away
+_DIRECTION = const(45)  # in which it was driven last
+_HELD = const(46)  # whether it came to rest, and is kept there
+_IDLE = const(47)  # [periods] without an edge
+_AWAY = const(48)  # [fine units] by which it was moved while it should stand
+_PROVED = const(49)  # whether it was seen to follow its effort
+_PLACES = const(50)
 
 
 @micropython.viper
@@ -78,6 +79,14 @@ def measure(numbers, counts: int, periods: int) -> int:
 
 
 @micropython.viper
+def far_away(numbers) -> int:
+    """Return the way that a wheel that should stand was moved, beyond an edge: within one it stands."""
+    n, sign = ptr32(numbers), int(SIGN)
+    away, edge = n[_AWAY] << sign >> sign, 1 << n[_SHIFT]
+    return away - edge if away > edge else away + edge if away < 0 - edge else 0
+
+
+@micropython.viper
 def against(numbers, speed: int, ahead: int, periods: int, brake: int) -> int:
     """Return the effort against a speed and, over these periods, against the way that the wheel was moved at rest.
 
@@ -101,8 +110,8 @@ def against(numbers, speed: int, ahead: int, periods: int, brake: int) -> int:
     least = 0 if periods else fast if fast < edge else edge  # one edge of a wheel that is held may be a tremor
     clear = least if clear < least else most if clear > most else clear
     clear = clear if speed > 0 else 0 - clear
-    far = away - edge if away > edge else away + edge if away < 0 - edge else 0  # within an edge it stands
-    effort = 0 - (brake * clear >> 16) - (n[_STIFFNESS] * far >> 16) >> n[_SOFTNESS]
+    n[_AWAY] = away
+    effort = 0 - (brake * clear >> 16) - (n[_STIFFNESS] * int(far_away(numbers)) >> 16) >> n[_SOFTNESS]
     along = (effort > 0 and speed > 0) or (effort < 0 and speed < 0)
     if clear != 0 and along:
         away -= away >> 2  # it goes back: less is enough
@@ -132,7 +141,7 @@ def follow_up(numbers, setpoint: int, speed: int, error: int, bend: int, periods
     fed += static if setpoint > 0 else 0 - static if setpoint < 0 else 0
     idle = n[_IDLE] + periods if speed == 0 else 0
     n[_IDLE] = idle
-    summed, least, slow = error, n[_FOLLOWS], 1 << n[_SHIFT] >> 2
+    summed, least, slow = error, n[_CREEPS], 1 << n[_SHIFT] >> 2
     if idle > _PATIENCE and before > slow:
         summed = least if error < least else error
     elif idle > _PATIENCE and before < 0 - slow:
@@ -144,7 +153,8 @@ def follow_up(numbers, setpoint: int, speed: int, error: int, bend: int, periods
     effort = fed + wanted
     effort = most if effort > most else least if effort < least else effort
     effort = int(limit(numbers, effort, speed, forward * reference >> 16))
-    cut = fed + wanted - effort
+    cut, most = fed + wanted - effort, load - (load >> 3)
+    n[_EXCESS] = cut if cut != 0 else wanted - most if wanted > most else wanted + most if wanted < 0 - most else 0
     if not ((summed > 0 and cut > 0) or (summed < 0 and cut < 0)):
         most = n[_MAX_INTEGRAL]
         integral += (summed >> soft) * periods
@@ -210,10 +220,10 @@ class Pid:
         # Full torque for OVERLOAD_TIME brings a cold motor to the limit.
         max_heat = n.overload * ((n.max_torque >> 4) ** 2 - (n.continuous >> 4) ** 2)
         self.n = array("i", watched(config, n) + [
-            n.gain, 0 if n.coasts else n.gain, n.p, n.i, n.follow, n.lead, n.turn_lead, n.max_effort, n.max_torque,
-            n.continuous, max_heat, (n.load << 16) // n.i, n.stiffness, (n.max_torque << 16) // n.stiffness, n.shift,
-            n.most_edges, n.free, n.creeps, n.periods(config, 1000), n.full if n.coasts else 0] + [0] * (_PLACES - HEAT)
-        )  # fmt: skip
+            n.static, n.load, n.gain, 0 if n.coasts else n.gain, n.p, n.i, n.follow, n.lead, n.turn_lead, n.max_effort,
+            n.max_torque, n.continuous, max_heat, (n.load << 16) // n.i, n.stiffness,
+            (n.max_torque << 16) // n.stiffness, n.shift, n.most_edges, n.free, n.creeps, n.periods(config, 1000),
+            n.full if n.coasts else 0] + [0] * (_PLACES - HEAT))  # fmt: skip
         self.overloaded = False
         self.reset(0)
 
@@ -241,7 +251,7 @@ class Pid:
         numbers = self.n
         n, sign = ptr32(numbers), int(SIGN)
         speed = int(measure(numbers, counts, periods))
-        n[INTEGRAL] = n[REFERENCE] = n[MEAN] = 0
+        n[INTEGRAL] = n[REFERENCE] = n[MEAN] = n[_EXCESS] = 0
         fault = int(speed_fault(numbers, speed, periods))
         before = n[_EFFORT] << sign >> sign
         if fault == 0 and holds and before >= -1 and before <= 1:
@@ -265,13 +275,13 @@ class Pid:
         n, sign = ptr32(numbers), int(SIGN)
         speed = int(measure(numbers, counts, periods))
         before = n[_EFFORT] << sign >> sign
-        if n[_HELD]:  # what held it on a slope goes on
-            integral, most = (before << 16) // n[_I], n[_MAX_INTEGRAL]
+        if n[_HELD]:  # what held it on a slope goes on, also where it was just shorted
+            integral, most = 0 - n[_STIFFNESS] * int(far_away(numbers)) // n[_I], n[_MAX_INTEGRAL]
             n[INTEGRAL] = most if integral > most else 0 - most if integral < 0 - most else integral
         mean = n[MEAN] << sign >> sign
         fault = int(speed_fault(numbers, speed, periods))
         if fault == 0:
-            fault = int(drive_fault(numbers, mean, speed, before, periods))
+            fault = int(drive_fault(numbers, mean, speed, before, n[_EXCESS] << sign >> sign, periods))
         self.fault = fault
         error, most = mean - speed, n[_FREE] >> 1
         error = most if error > most else 0 - most if error < 0 - most else error

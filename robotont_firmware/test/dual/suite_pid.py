@@ -97,7 +97,7 @@ def test_no_windup_after_a_blocked_wheel_is_released():
         for motor in ({}, {"tau": 120}):
             bench = Bench(**motor).run(units, 50)
             bench.motor.blocked = True
-            for _ in range(15):  # longer, and it is a fault
+            for _ in range(13):  # longer, and it is a fault
                 bench.run(units, 1)
                 assert bench.pid.fault == 0
             bench.motor.blocked = False

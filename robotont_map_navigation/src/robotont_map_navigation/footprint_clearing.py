@@ -30,8 +30,7 @@ class FootprintClearing:
             self._settled = time.monotonic() + SETTLING
         self._size, self._frame = size, message.header.frame_id
         # a cell more than the robot needs: a costmap rounds its place to whole cells
-        self._clearing = MapClearing(floor_map, needed_radius() + floor_map.resolution,
-                                     self._clearing and self._clearing.lookout)
+        self._clearing = MapClearing(floor_map, needed_radius() + floor_map.resolution)
 
     def _look(self):
         """Tell what has changed since the last look; returns the time to rest."""

@@ -115,7 +115,7 @@ class Rig:
         """Drive, let the fault happen, and see what becomes of it; the row of the table."""
         self.start()
         goal = ROUTE[self.world][1]
-        goto = self.tool("goto", *goal, "--wait", 60)
+        goto = self.tool("goto", *goal)
         first = self.run.pose()
         wait_for(lambda: math.dist(self.run.pose()[:2], first[:2]) > UNDER_WAY, "a robot under way", 60)
         fault.begin(self)
@@ -142,7 +142,7 @@ class Rig:
             row["mended"].append((fault.mend, mending.communicate(timeout=PATIENCE)[0].strip().splitlines()[-1]))
         if goto.returncode:
             leave(self)
-            again = self.tool("goto", *goal, "--wait", 60, "--timeout", PATIENCE)
+            again = self.tool("goto", *goal, "--timeout", PATIENCE)
             row["mended"].append(("goto", again.communicate()[0].strip().splitlines()[-1]))
             row["again"] = again.returncode
         wait_for(lambda: standing(self.run.truth[-1]), "the robot to stand", 30)

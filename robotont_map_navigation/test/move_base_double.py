@@ -22,12 +22,10 @@ class MoveBaseDouble:
     """The action server `move_base`. `~seconds` until a goal is reached; never, by default.
 
     `~barred`: so many goals find no way.
-    `~deaf`: [s] that it goes on after a cancellation, as move_base does while it plans.
     """
 
     def __init__(self):
         self._seconds = rospy.get_param("~seconds", math.inf)
-        self._deaf = rospy.get_param("~deaf", 0.0)
         self._barred = rospy.get_param("~barred", 0)
         self._pose = PoseStamped()
         self._pose.pose.orientation.w = 1.0
@@ -51,9 +49,6 @@ class MoveBaseDouble:
         while rospy.get_time() < end and not rospy.is_shutdown():
             rospy.sleep(0.1)
             if self._server.is_preempt_requested():
-                deaf = rospy.get_time() + self._deaf
-                while rospy.get_time() < deaf and not rospy.is_shutdown():
-                    rospy.sleep(0.1)
                 if not self._server.is_new_goal_available():
                     self._command.publish(Twist())
                 self._server.set_preempted(MoveBaseResult(), "")

@@ -102,7 +102,7 @@ class Run:
         first, start = len(self.truth) - 1, time.monotonic()
         first_command, first_report = len(self.commands), len(self.reports)
         result = subprocess.run([program("robotont_map_navigation", "goto"), str(x), str(y), str(yaw),
-                                 "--timeout", str(GOAL_TIMEOUT), "--wait", "60"], check=False, text=True,
+                                 "--timeout", str(GOAL_TIMEOUT)], check=False, text=True,
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         duration = time.monotonic() - start
         wait_for(lambda: standing(self.truth[-1]), "the robot to stand")

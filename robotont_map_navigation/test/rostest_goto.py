@@ -1,59 +1,38 @@
 #!/usr/bin/env python3
-"""goto, as a user runs it, against a stand-in for move_base: every end that a goal can have."""
+"""goto, as a user runs it, against a stand-in for move_base."""
 
 import itertools
 import os
 import re
 import signal
-import sys
 from pathlib import Path
 from unittest import mock
 
 import numpy as np
-import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import Twist
 from move_base_msgs.msg import MoveBaseActionGoal
-from navigation_messages import grid, latched, walled
 
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto_client import GOING_ON, GoTo
 from robotont_testing import places
-from robotont_testing.harness import Processes, wait_for
+from robotont_testing.harness import wait_for
 from robotont_testing.node_test import ERROR, NodeTest
 
 DOUBLE = Path(__file__).resolve().parent / "move_base_double.py"
-SHARED = "/shared"  # namespace of the one stand-in that drives on until its goal is cancelled
 
 
-class Goto(NodeTest):
-    """Tests that end their server have a namespace of their own, so that nothing of it is left to others."""
+class GotoTest(NodeTest):
+    """Each test has a server and a namespace of its own, so that nothing of it is left to others."""
 
     numbers = itertools.count()
 
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.server = Processes()
-        cls.server.start(DOUBLE, f"__ns:={SHARED}", log=cls.server.folder / "log")
-
-    @classmethod
-    def tearDownClass(cls):
-        text = (cls.server.folder / "log").read_text()
-        cls.server.close()
-        assert "Traceback" not in text, text
-
-    def setUp(self):
-        super().setUp()
-        self.use(SHARED)
-
     def use(self, space):
         """Watch a namespace, and run goto in it."""
-        self.space = space
-        self.commands = self.listen(space + "/cmd_vel", Twist)
+        self.space, self.commands = space, self.listen(space + "/cmd_vel", Twist)
 
     def start_server(self, space, **parameters):
         self.use(space)
@@ -70,21 +49,9 @@ class Goto(NodeTest):
     def end(self, process, timeout=30.0):
         """(exit status, lines) of goto when it has ended."""
         wait_for(lambda: process.poll() is not None, "the end of goto", timeout)
-        text = process.log.read_text()
-        self.assertNotIn("Traceback", text)
-        return process.returncode, text.splitlines()
+        self.assertNotIn("Traceback", process.log.read_text())
+        return process.returncode, process.log.read_text().splitlines()
 
-    def start_in_root(self):
-        self.server_in_root = self.start_server("")
-        goto = GoTo(lambda _line: None)
-        self.assertTrue(goto.wait_for_server(20.0))
-        return goto
-
-    def moving(self):
-        return any(message.linear.x for message in self.commands)
-
-
-class GotoTest(Goto):
     def test_reached(self):
         self.use("/late")
         goals = self.listen("/late/move_base/goal", MoveBaseActionGoal)
@@ -115,9 +82,11 @@ class GotoTest(Goto):
                             for line in lines), lines)
 
     def test_a_cancellation_that_overtakes_its_goal_ends_the_goal_before_it_too(self):
-        goto, statuses = self.start_in_root(), self.listen("/move_base/status", GoalStatusArray)
+        self.start_server("")
+        goto, statuses = GoTo(lambda _line: None), self.listen("/move_base/status", GoalStatusArray)
+        self.assertTrue(goto.wait_for_server(20.0))
         goto.send(Goal(2.0, 2.0, 0.0))
-        wait_for(self.moving, "motion")
+        wait_for(lambda: any(message.linear.x for message in self.commands), "motion")
         on_the_way = []
         goals = goto._client.manager
         with mock.patch.object(goals, "send_goal_fn", on_the_way.append):
@@ -130,14 +99,10 @@ class GotoTest(Goto):
         wait_for(lambda: not any(status.status in GOING_ON for status in statuses[-1].status_list),
                  "the end of both goals")
 
-
-class NightlyGotoTest(Goto):
-    """Once a day."""
-
     def test_no_server(self):
         self.use("/nowhere")
         patient = self.start_goto("2", "2", "0")
-        status, lines = self.end(self.start_goto("2", "2", "0", "--wait", "1"))
+        status, lines = self.end(self.start_goto("2", "2", "0", "--patience", "1"))
         self.assertEqual(status, 3, lines)
         self.assertEqual(lines[-1], "no /nowhere/move_base after 1 s: is navigation.launch running?")
         self.assertEqual(patient.log.read_text(), "waiting for /nowhere/move_base\n")
@@ -145,54 +110,6 @@ class NightlyGotoTest(Goto):
         status, lines = self.end(patient)
         self.assertEqual((status, lines[-1]), (130, "interrupted"))
 
-    def test_the_server_dies(self):
-        mortal = self.start_server("/mortal")
-        goto = self.start_goto("2", "2", "0")
-        wait_for(self.moving, "motion")
-        self.processes.stop(mortal, signal.SIGKILL)
-        status, lines = self.end(goto)
-        self.assertEqual((status, lines[-1]), (3, "move_base has not been heard for 3 s: has it died?"))
-
-    @mock.patch("robotont_map_navigation.goto_client.SILENCE", 60.0)  # a busy machine starts no node within 3 s
-    def test_the_server_dies_and_is_started_again(self):
-        goto, goal = self.start_in_root(), Goal(2.0, 2.0, 0.0)
-        goto.send(goal)
-        wait_for(self.moving, "motion")
-        self.processes.stop(self.server_in_root, signal.SIGKILL)
-        self.start_server("")
-        status, words = goto.follow(goal, 0.0)
-        self.assertEqual(status, 3)
-        self.assertRegex(words, r"^move_base died after \d+\.\d s and was started again: send the goal again$")
-
-    def test_a_goal_that_the_map_shows_to_be_out_of_reach_is_refused(self):
-        """Two rooms, (0, 0) to (4, 2) [m], without a door."""
-        self.start_server("/mapped")
-        goals = self.listen("/mapped/move_base/goal", MoveBaseActionGoal)
-        rospy.set_param("/mapped/move_base/global_costmap", {"robot_radius": 0.15, "footprint_padding": 0.01})
-        rooms = walled(40, 80)
-        rooms[:, 40] = 100
-        pose = PoseWithCovarianceStamped()
-        pose.pose.pose.position.x = pose.pose.pose.position.y = 1.0
-        self.latched = latched("/mapped/map", grid(rooms)), latched("/mapped/amcl_pose", pose)
-        for x, y, words in ((1, 0.1, r"\(1.00, 0.10\) is 0.08 m from a wall of the map, and the robot needs 0.16 m"),
-                            (3, 1, r"no way from the robot at \(1.00, 1.00\) to \(3.00, 1.00\): walls of the map.*")):
-            status, lines = self.end(self.start_goto(str(x), str(y), "0"))
-            self.assertEqual(status, 6, lines)
-            self.assertRegex(lines[-1], rf"^refused after \d+\.\d s: {words}$")
-        self.assertEqual([*goals, *self.commands], [])
-        self.start_goto("1.5", "1", "0")
-        wait_for(self.moving, "motion to a goal within reach")
-
-    def test_too_long(self):
-        status, lines = self.end(self.start_goto("2", "2", "0", "--timeout", "1"))
-        self.assertEqual((status, lines[-1]), (5, "not there after 1 s; the goal is cancelled"))
-
-    def test_a_move_base_that_confirms_no_cancellation(self):
-        self.start_server("/deaf", deaf=1000.0)
-        status, lines = self.end(self.start_goto("2", "2", "0", "--timeout", "1"))
-        self.assertEqual((status, lines[-1]), (5, "not there after 1 s; cancelled, but move_base has not confirmed it "
-                                               "within 5 s: the robot may still move"))
-
 
 if __name__ == "__main__":
-    rostest.rosrun("robotont_map_navigation", "goto", NightlyGotoTest if "nightly" in sys.argv else GotoTest)
+    rostest.rosrun("robotont_map_navigation", "goto", GotoTest)

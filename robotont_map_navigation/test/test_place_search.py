@@ -50,7 +50,7 @@ def test_a_robot_in_a_room_with_a_wall_in_it_is_found(seed):
         pose = compose(floor_map.origin, inside)
         if floor_map.clearance(pose[:2]) > 0.3:
             break
-    first, *others = search(floor_map, *look(floor_map, pose), CLEARANCE)
+    first, *others = search(floor_map, look(floor_map, pose), CLEARANCE)
     x, y, yaw = between(pose, first.pose)
     assert math.hypot(x, y) < 0.1
     assert abs(math.remainder(yaw, 2 * math.pi)) < 0.05
@@ -62,7 +62,7 @@ def test_an_empty_room_looks_alike_from_both_its_ends():
     floor_map = room()
     pose = compose(floor_map.origin, (1.0, 1.2, 0.3))
     other = compose(floor_map.origin, (SIZE[0] + 2 * CELL - 1.0, SIZE[1] + 2 * CELL - 1.2, 0.3 + math.pi))
-    first, second, *_ = search(floor_map, *look(floor_map, pose), CLEARANCE)
+    first, second, *_ = search(floor_map, look(floor_map, pose), CLEARANCE)
     assert first.share - second.share < 0.05
     for expected in (pose, other):
         assert min(math.dist(expected[:2], found.pose[:2]) for found in (first, second)) < 0.1
@@ -74,9 +74,9 @@ def test_a_right_pose_is_not_given_up_for_a_cupboard_that_has_moved():
     floor_map, truth = room((1, 10, 35)), room((72, 81, 66))
     pose = compose(floor_map.origin, (1.6, 1.5, 0.3))
     seen = look(truth, pose)
-    moved, *_ = search(floor_map, *seen, CLEARANCE)
+    moved, *_ = search(floor_map, seen, CLEARANCE)
     assert math.dist(pose[:2], moved.pose[:2]) > 1.0
-    first, *_ = search(floor_map, *seen, CLEARANCE, believed=compose(pose, (0.1, 0.0, 0.1)))
+    first, *_ = search(floor_map, seen, CLEARANCE, believed=compose(pose, (0.1, 0.0, 0.1)))
     x, y, yaw = between(pose, first.pose)
     assert math.hypot(x, y) < 0.12
     assert abs(math.remainder(yaw, 2 * math.pi)) < 0.06
@@ -86,5 +86,5 @@ def test_a_wrong_pose_is_given_up():
     floor_map = room((0, 30, 35))
     pose = compose(floor_map.origin, (1.0, 1.2, 0.3))
     wrong = compose(floor_map.origin, (3.5, 3.0, 2.0))
-    first, *_ = search(floor_map, *look(floor_map, pose), CLEARANCE, believed=wrong)
+    first, *_ = search(floor_map, look(floor_map, pose), CLEARANCE, believed=wrong)
     assert math.dist(pose[:2], first.pose[:2]) < 0.1

@@ -48,11 +48,11 @@ def but(rays, ranges):
 ], ids=["the walls", "an obstacle that fills the view", "rays that show nothing", "nothing where the map has a wall",
         "nothing as far as the sensor sees"])
 def test_shares_at_the_true_pose(seen, sees, expected):
-    assert fit(MAP, POSE, *rays(seen, sees), 0.1, 0.1) == pytest.approx(expected)
+    assert fit(MAP, POSE, rays(seen, sees), 0.1, 0.1) == pytest.approx(expected)
 
 
 def test_too_few_rays_prove_nothing():
-    assert fit_nearby(MAP, POSE, *rays(but(slice(9, None), math.nan)), 0.1) is None
+    assert fit_nearby(MAP, POSE, rays(but(slice(9, None), math.nan)), 0.1) is None
 
 
 def test_a_sensor_that_hangs_upside_down_and_one_that_is_turned():
@@ -65,7 +65,7 @@ def test_a_sensor_that_hangs_upside_down_and_one_that_is_turned():
 
 @pytest.mark.parametrize("wrong", [(0.9, 0.2, 0.7), (0.3, -0.3, 0.7), (0.3, 0.2, 1.2)])
 def test_few_rays_fit_at_another_pose(wrong):
-    explained, through_walls = fit_nearby(MAP, wrong, *rays(SEEN), 0.1)
+    explained, through_walls = fit_nearby(MAP, wrong, rays(SEEN), 0.1)
     assert explained < 0.7
     assert through_walls > 0.1
 
@@ -74,6 +74,6 @@ def test_few_rays_fit_at_another_pose(wrong):
 def test_a_pose_that_is_nearly_right_explains_what_is_seen_from_a_place_at_a_wall(off):
     """From there few rays end at a wall: along the wall a small angle is a long way."""
     pose = (2.75, -0.75, -1.2)
-    explained, through_walls = fit_nearby(MAP, np.add(pose, off), *rays(ranges(*pose)), 0.2)
+    explained, through_walls = fit_nearby(MAP, np.add(pose, off), rays(ranges(*pose)), 0.2)
     assert explained > 0.9
     assert through_walls < 0.1

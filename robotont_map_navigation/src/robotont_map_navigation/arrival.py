@@ -7,14 +7,14 @@ import rospy
 from dynamic_reconfigure.msg import Config, DoubleParameter
 from dynamic_reconfigure.srv import Reconfigure
 from geometry_msgs.msg import PoseStamped
-from move_base_msgs.msg import MoveBaseActionFeedback, MoveBaseActionResult
+from move_base_msgs.msg import MoveBaseActionFeedback
 
 ARRIVED = 0.02  # [m] from the goal's place, where it arrives: xy_goal_tolerance of dwa_local_planner.yaml
-STAYS = 0.06    # [m] and where it stays, until the goal's end
+STAYS = 0.06    # [m] and where it stays, until the next goal
 
 
 class Arrival:
-    """Sets DWAPlannerROS' xy_goal_tolerance: wide from the arrival until the goal's end.
+    """Sets DWAPlannerROS' xy_goal_tolerance: wide from the arrival until the next goal.
 
     Each new plan makes it forget that it has arrived, and amcl's pose moves by some cm while the robot turns: it would
     drive after its goal, for ever. A tolerance that is always wide would let it stop short of the goal.
@@ -26,7 +26,6 @@ class Arrival:
         self._reconfigure = rospy.ServiceProxy("move_base/DWAPlannerROS/set_parameters", Reconfigure)
         rospy.Subscriber("move_base/current_goal", PoseStamped, self._on_goal, queue_size=1)
         rospy.Subscriber("move_base/feedback", MoveBaseActionFeedback, self._on_feedback, queue_size=1)
-        rospy.Subscriber("move_base/result", MoveBaseActionResult, lambda _: self._allow(ARRIVED), queue_size=1)
 
     def _on_goal(self, message):
         self._goal = message.pose.position.x, message.pose.position.y

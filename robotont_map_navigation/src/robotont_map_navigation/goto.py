@@ -44,8 +44,7 @@ def parse_arguments(words):
     parser.add_argument("--timeout", type=SECONDS, default=0.0,
                         help="cancel after this long, 0: never [s] [%(default)s]")
     parser.add_argument("--patience", type=SECONDS, default=PATIENCE,
-                        help="wait so long where the way is barred or a sensor is gone, 0: never [s] [%(default)s]")
-    parser.add_argument("--wait", type=SECONDS, default=30.0, help="for move_base to come up [s] [%(default)s]")
+                        help="wait so long for move_base, or where a way is barred or a sensor gone [s] [%(default)s]")
     # a space before negative numbers: argparse takes -1e-3 for an option
     return parser.parse_args([re.sub(r"^(?=-[\d.in])", " ", word) for word in words])
 
@@ -62,8 +61,8 @@ def _run(options):
     goto, name = GoTo(show), rospy.resolve_name("move_base")
     if not goto.wait_for_server(0.5):
         print(f"waiting for {name}", flush=True)
-        if not goto.wait_for_server(options.wait):
-            return Outcome(NOT_THERE, f"no {name} after {options.wait:g} s: is navigation.launch running?")
+        if not goto.wait_for_server(options.patience):
+            return Outcome(NOT_THERE, f"no {name} after {options.patience:g} s: is navigation.launch running?")
     goal = Goal(options.x, options.y, options.yaw)
     print(f"going to {goal}", flush=True)
     return goto.go(goal, options.timeout, options.patience)

@@ -10,12 +10,12 @@ import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal, MoveBaseGoal
+from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import String
 
 from robotont_driver.kinematics.se2 import pose_of
-from robotont_driver.rospy_repairs.rospy_internals import connection_header, goal_id
+from robotont_driver.rospy_repairs.rospy_internals import goal_id
 from robotont_map_navigation.goal import (
     GAVE_UP,
     INTERRUPTED,
@@ -30,14 +30,15 @@ from robotont_map_navigation.goal import (
     refusal,
 )
 from robotont_map_navigation.readings import floor_map_of, needed_radius
+from robotont_map_navigation.tool import wait_for
 
 FRAME = "map"      # of the goals
 SILENCE = 3.0      # [s] without a status of move_base, which sends five per second, and it is gone
 LOOK_UP = 0.4      # [s] that the map and the robot's pose have to come; without them a goal is not checked
 STAYS = 0.5        # [m] a robot that stays in a circle as small gets nowhere
 PATIENCE = 60.0    # [s] for which a goal may wait where the robot gets nowhere
-AGAIN = 1.0        # [s] after move_base has given up, until it gets the goal once more
 NEWS = 3.0         # [s] for which a word of the diagnostics counts
+AGAIN = 0.5        # [s] at least between two goals that are the same
 CANCELLING = 5.0   # [s] that move_base has to confirm a cancellation: it hears of none while it plans
 GOING_ON = (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING)
 
@@ -54,7 +55,6 @@ class GoTo:
         self._held = ""        # what has ended navigation's motion since this goal was sent, of navigation_monitor
         self._pressed_by = ""  # who presses the emergency stop, which cancels all goals
         self._stopped_by = ""  # who has pressed it since this one was sent
-        self._overruled = ""   # who else has cancelled all goals since, or has sent one
         self._sent = set()     # ids of the goals of this client that move_base has not reported as ended
         self._ended = threading.Event()  # one for each goal
         self._ended.set()                # nothing is pursued yet
@@ -71,9 +71,7 @@ class GoTo:
                                       ("localization/trouble", String, self._on_trouble),
                                       ("navigation/held", String, self._on_held),
                                       ("/diagnostics", DiagnosticArray, self._on_diagnostics),
-                                      ("emergency_stop/pressed_by", String, self._on_pressed_by),
-                                      ("move_base/cancel", GoalID, self._on_cancel),
-                                      ("move_base/goal", MoveBaseActionGoal, self._on_goal)):
+                                      ("emergency_stop/pressed_by", String, self._on_pressed_by)):
             rospy.Subscriber(topic, kind, callback, queue_size=10)
 
     @property
@@ -91,27 +89,23 @@ class GoTo:
         Where the robot gets nowhere the goal waits for `patience` [s], and goes on by itself; with 0 move_base decides.
         """
         refused = self.check(goal)
-        if refused:
-            return refused
-        self.send(goal)
-        return self.follow(goal, timeout, patience)
+        if not refused:
+            self.send(goal)
+        return refused or self.follow(goal, timeout, patience)
 
     def check(self, goal):
         """The Outcome of a Goal that the map shows to be out of reach, or that a release would begin; else None."""
-        start = time.monotonic()
         self._stopped_by = self._pressed_by
         reason = self._refusal(goal)
         if self._stopped_by:
             reason = self._stop()
         if self._trouble:
-            return self._lost()
-        return Outcome(REFUSED, f"refused after {time.monotonic() - start:.1f} s: {reason}") if reason else None
+            return self._by_others()
+        return Outcome(REFUSED, f"refused: {reason}") if reason else None
 
     def _refusal(self, goal):
         """Why the map shows that the goal cannot be reached; empty when it can, or when there is no map to tell."""
-        end = time.monotonic() + LOOK_UP
-        while not (self._map and self._pose) and time.monotonic() < end:
-            time.sleep(0.02)
+        wait_for(lambda: self._map and self._pose, LOOK_UP)
         start = self._pose and self._pose[:2]
         return self._map and refusal(floor_map_of(self._map), goal[:2], start, needed_radius())
 
@@ -125,33 +119,36 @@ class GoTo:
         self._heard = time.monotonic()
         self._ended = threading.Event()
         self._left = False
-        self._held = self._overruled = ""
+        self._held = ""
         self._stopped_by = self._pressed_by
         self._handle = self._client.send_goal(message, functools.partial(_note_end, self._ended), self._on_feedback)
         self._sent.add(goal_id(self._handle))
 
     def follow(self, goal, timeout, patience=PATIENCE):
         """The Outcome of the goal that was sent last; `timeout` and `patience` as of `go`."""
-        start = since = time.monotonic()
-        place = None  # in the circle around it the robot has been since then
+        start = since = sent = time.monotonic()
+        place, given_up = None, ""  # in the circle around it the robot has been since then; why move_base gave up there
         try:
             while True:
-                now, pose = time.monotonic(), self._pose
+                ended, now, pose = self._ended.wait(0.1), time.monotonic(), self._pose
                 if pose and (place is None or math.dist(place, pose[:2]) > STAYS):
-                    place, since = pose[:2], now
+                    place, since, given_up = pose[:2], now, ""
                 waited = now - since
-                if self._ended.wait(0.1):
-                    found = self._end(goal, now - start)
-                    if found.status != GAVE_UP or self._held or waited > patience:
-                        return found
-                    self._wait_and_send_again(goal, f"waits, {waited:.0f} of {patience:.0f} s: ", found.words)
-                    continue
+                if ended:
+                    time.sleep(max(0.0, sent + AGAIN - now))
+                found = self._end(goal, now - start) if ended else self._by_others()
+                if found and (found.status != GAVE_UP or self._held or waited > patience):
+                    return found
+                if found:  # what made move_base give up may pass: a door, a cable, a sensor
+                    given_up, sent = found.words, now
+                    with self._lock:
+                        if not self._left:
+                            self.send(goal)
                 if waited > patience > 0.0:
                     return Outcome(GAVE_UP, f"got nowhere for {waited:.0f} s: does something stand in the way, or on "
                                    f"the goal? {self.cancel()}{self._cause('; ')}")
-                self._show(progress(pose, goal, now - start))
-                if self._trouble:
-                    return self._lost()
+                self._show(f"waits, {waited:.0f} of {patience:.0f} s: {self._cause() or given_up}" if given_up
+                           else progress(pose, goal, now - start))
                 if not self.answers:
                     self._take_back()  # should it only be slow
                     return Outcome(NOT_THERE, f"move_base has not been heard for {SILENCE:g} s: has it died?")
@@ -163,16 +160,6 @@ class GoTo:
             self._take_back()
             raise
 
-    def _wait_and_send_again(self, goal, waits, reason):
-        """What made move_base give up may pass: a door, a cable, a sensor."""
-        end = time.monotonic() + AGAIN
-        while time.monotonic() < end and not (self._left or self._by_others()):
-            self._show(waits + (self._cause() or reason))
-            time.sleep(0.1)
-        with self._lock:
-            if not (self._left or self._by_others()):  # move_base knows nothing of a goal that waits
-                self.send(goal)
-
     def _cause(self, before=""):
         """The worst that the robot's nodes say of themselves, behind words; empty when all is well."""
         oldest = time.monotonic() - NEWS
@@ -183,29 +170,28 @@ class GoTo:
         """The Outcome of a goal that has ended."""
         if self._left:
             return Outcome(REPLACED, "cancelled")
-        if self._trouble:
-            return self._lost()
         found = outcome(GoalStatus.to_string(self._handle.get_goal_status()), self._handle.get_goal_status_text(), goal,
                         self._pose, elapsed)
         if found.status == GAVE_UP:
             found = found._replace(words=found.words + self._cause("; "))
-        return self._by_others() or found if found.status in (GAVE_UP, REPLACED) else found
+        return self._by_others() or found if self._trouble or found.status in (GAVE_UP, REPLACED) else found
 
     def _by_others(self):
-        """The Outcome of a goal that others have ended, or would have, while it waited; None where they have not."""
-        if self._held:
-            return Outcome(GAVE_UP, f"{self._held}; the goal is cancelled")
-        if self._stopped_by:
-            return Outcome(REPLACED, f"cancelled by {self._stop()}")
-        return Outcome(REPLACED, self._overruled) if self._overruled else None
+        """The Outcome of a goal that must not go on, whatever becomes of it at move_base; None where it may."""
+        found = None
+        if self._trouble:
+            found = Outcome(LOST, f"the robot does not know where it is, the goal is cancelled: {self._trouble}; start "
+                            "relocalize, or set the pose by RViz' 2D Pose Estimate")
+        elif self._held:
+            found = Outcome(GAVE_UP, f"{self._held}; the goal is cancelled")
+        elif self._stopped_by:
+            found = Outcome(REPLACED, f"cancelled by {self._stop()}")
+        if found:
+            self._take_back()
+        return found
 
     def _stop(self):
         return f"the emergency stop, pressed by {self._stopped_by}: release it, then send the goal again"
-
-    def _lost(self):
-        self._take_back()
-        return Outcome(LOST, f"the robot does not know where it is, the goal is cancelled: {self._trouble}; start "
-                       "relocalize, or set the pose by RViz' 2D Pose Estimate")
 
     def leave(self, cancel=False):
         """Make `follow` return, from another thread; the robot goes on to its goal unless that is to `cancel`."""
@@ -227,7 +213,7 @@ class GoTo:
 
         Where a cancellation overtakes its goal on the way, move_base never begins that goal, nor ends the one before.
         """
-        for sent in tuple(self._sent):
+        for sent in tuple(self._sent):  # by a time, the clocks of all computers would have to agree
             self._client.pub_cancel.publish(GoalID(id=sent))
 
     def _on_map(self, message):
@@ -254,18 +240,6 @@ class GoTo:
     def _on_pressed_by(self, message):
         self._pressed_by = message.data
         self._stopped_by = message.data or self._stopped_by
-
-    def _on_cancel(self, message):
-        if not message.id:  # all goals
-            self._overrule("cancelled by", message)
-
-    def _on_goal(self, message):
-        self._overrule("replaced by a goal of", message)
-
-    def _overrule(self, what, message):
-        sender = connection_header(message).get("callerid")
-        if sender != rospy.get_name():
-            self._overruled = f"{what} {sender}"
 
     def _on_status(self, message):
         self._heard = time.monotonic()

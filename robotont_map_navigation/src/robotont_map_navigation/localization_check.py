@@ -94,9 +94,9 @@ class LocalizationCheck:
         if bool(wrong) != bool(self._wrong):
             self._wrong = wrong
             self._trouble.publish(wrong)
-        shares = [f"{share:.0%}" for share in mean] if mean else ["unknown"] * 2
-        self._report = level, words, dict(zip(("rays that the map explains", "rays that go through the map's walls"),
-                                              shares))
+        values = {"rays that the map explains": f"{mean.explained:.0%}",
+                  "rays that go through the map's walls": f"{mean.through_walls:.0%}"} if mean else {}
+        self._report = level, words, values
         return LOOK_PERIOD
 
     def _compare(self, scan, frame, floor_map):
@@ -107,7 +107,7 @@ class LocalizationCheck:
         self._laid = time.monotonic()
         bars = floor_map.bars(robot[:2])
         self._outside = bars and f"the pose ({robot[0]:.2f}, {robot[1]:.2f}) is {bars}"
-        found = fit_nearby(floor_map, (*place_of(sensor)[:2], 0.0), *rays_of(scan, sensor), FIT_TOLERANCE)
+        found = fit_nearby(floor_map, (*place_of(sensor)[:2], 0.0), rays_of(scan, sensor), FIT_TOLERANCE)
         if found is None:
             self._fits.clear()
             return

@@ -1,6 +1,5 @@
 """The map that a launch file was given: whether there is one, before anything is started."""
 
-import argparse
 import os
 import sys
 from pathlib import Path
@@ -42,11 +41,8 @@ def fault(file):
 
 def main():
     """Print "true" when the map is there; else the reason on stderr, and exit with 1."""
-    parser = argparse.ArgumentParser(description="Check that a map is there; used by launch files.")
-    parser.add_argument("launch_file", help="who asks")
-    parser.add_argument("map", help="file of map_server, or none")
-    options = parser.parse_args()
-    found = fault(options.map)
+    launch_file, file = sys.argv[1:]
+    found = fault(file)
     if found:
-        sys.exit(f"{options.launch_file}: {found}")
+        sys.exit(f"{launch_file}: {found}")
     print("true")

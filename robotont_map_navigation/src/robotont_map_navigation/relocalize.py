@@ -24,7 +24,7 @@ from robotont_map_navigation.readings import (
     place_of,
     rays_of,
 )
-from robotont_map_navigation.tool import run_tool
+from robotont_map_navigation.tool import run_tool, wait_for
 
 SPEED = 0.6      # [rad/s] of the turn
 PERIOD = 0.1     # [s] between two commands
@@ -58,29 +58,23 @@ class Relocalize:
         for what, there in (("map", lambda: self._map), ("scan", lambda: self._scans), ("odometry", self._place),
                             ("amcl", self._pose.get_num_connections),
                             ("cmd_vel_mux", self._command.get_num_connections)):
-            if not _wait_for(there, WAIT):
+            if not wait_for(there, WAIT):
                 return Outcome(NOT_THERE, f"no {what} within {WAIT:g} s: do robot.launch and navigation.launch run?")
         del self._scans[:]
         return self._turn() or self._find()
 
     def _find(self):
         """Search with what has been seen; the Outcome."""
-        ends, free = self._seen()
-        if ends.shape[1] == 0:
-            return Outcome(LOST, f"no wall in view: {ASK}")
-        believed = self._place(self._map.header.frame_id)
-        found = search(floor_map_of(self._map), ends, free, needed_radius() / 2, believed)
-        if not found:
-            return Outcome(LOST, f"the map has no place where the robot fits: {ASK}")
+        rays, believed = self._seen(), self._place(self._map.header.frame_id)
+        found = search(floor_map_of(self._map), rays, needed_radius() / 2, believed) if rays[0].size else []
+        if not found or found[0].share < LEAST:
+            return Outcome(LOST, f"no place of the map explains {LEAST:.0%} of what is seen, or no wall is seen: {ASK}")
         first, *others = found
-        if first.share < LEAST:
-            return Outcome(LOST, f"no place of the map fits: the best, {Goal(*first.pose)}, explains {first.share:.0%} "
-                           f"of what is seen: {ASK}")
-        stays = believed is not None and near(first.pose, believed)
+        stays = believed and near(first.pose, believed)
         if others and not stays and first.share - others[0].share < CLEARER:
             return Outcome(LOST, f"{Goal(*first.pose)} and {Goal(*others[0].pose)} look alike from here: {ASK}")
         self._tell(self._map.header.frame_id, first.pose)
-        _wait_for(lambda: not self._trouble, WAIT)
+        wait_for(lambda: not self._trouble, WAIT)
         if self._trouble:
             return Outcome(LOST, f"found {Goal(*first.pose)}, but {self._trouble}: {ASK}")
         elsewhere = max((other.share for other in others), default=0.0)
@@ -116,7 +110,7 @@ class Relocalize:
             if sensor:
                 from_here = between(here, (*place_of(sensor)[:2], 0.0))
                 seen.append([np.array(compose(from_here, (*rays, 0.0))[:2]) for rays in rays_of(scan, sensor)])
-        return map(np.hstack, zip(*seen))
+        return [np.hstack(each) for each in zip(*seen)]
 
     def _place(self, frame=None):
         """Pose (x, y, yaw) of the robot in a frame, that of the odometry unless another is named; None when unknown."""
@@ -137,16 +131,6 @@ class Relocalize:
 
     def _on_trouble(self, message):
         self._trouble = message.data
-
-
-def _wait_for(condition, timeout):
-    """Whether `condition()` becomes true within `timeout` [s]."""
-    end = time.monotonic() + timeout
-    while not condition():
-        if time.monotonic() > end:
-            return False
-        time.sleep(PERIOD)
-    return True
 
 
 def main():

@@ -9,7 +9,7 @@ from robotont_driver.kinematics.se2 import compose
 
 FEWEST_RAYS = 10  # fewer prove nothing
 MOST_RAYS = 60    # that are compared with the map
-NEARLY = tuple(itertools.product((0.0, -0.1, 0.1), repeat=3))  # [m], [m], [rad] off, amcl finds the pose by itself
+NEARLY = 0.1      # [m], [rad] off along each axis, amcl finds the pose by itself
 GOOD = 0.9        # worth from which on no pose beside it is looked at
 
 
@@ -25,29 +25,33 @@ class Fit(NamedTuple):
         return self.explained - self.through_walls
 
 
-def fit(floor_map, pose, ends, free, near, behind):
+def fit(floor_map, pose, rays, near, behind):
     """`Fit` of rays and a FloorMap at a pose (x [m], y [m], yaw [rad]).
 
-    ends, free: 2 x N and 2 x M [m], seen from the pose: where rays have ended, and how far those saw that met nothing.
+    rays: (ends 2 x N, free 2 x M) [m], seen from the pose: where they ended, and how far those saw that met nothing.
     near, behind: [m] before and behind a wall at which a ray still ends at it.
     """
-    x, y, _ = compose(pose, (*np.hstack([ends, free]), 0.0))
+    x, y, _ = compose(pose, (*np.hstack(rays), 0.0))
     through = floor_map.are_behind_walls(pose[:2], (x, y), behind)
-    ended = np.arange(len(x)) < ends.shape[1]
+    ended = np.arange(len(x)) < rays[0].shape[1]
     explained = np.where(ended, floor_map.are_near_walls((x, y), near), ~through)
     return Fit(float(explained.mean()), float(through.mean()))
 
 
-def fit_nearby(floor_map, pose, ends, free, tolerance):
+def around(pose, step, turn):
+    """A pose and the 26 beside it, `step` [m] and `turn` [rad] off."""
+    return [tuple(np.add(pose, off)) for off in itertools.product((0.0, -step, step), (0.0, -step, step),
+                                                                  (0.0, -turn, turn))]
+
+
+def fit_nearby(floor_map, pose, rays, tolerance):
     """The best `fit` at a pose or NEARLY there; None when too few rays show anything."""
-    count = ends.shape[1] + free.shape[1]
+    count = sum(each.shape[1] for each in rays)
     if count < FEWEST_RAYS:
         return None
-    ends, free = (rays[:, ::1 + count // MOST_RAYS] for rays in (ends, free))
-    best = Fit(0.0, 1.0)
-    for off in NEARLY:
-        best = max(best, fit(floor_map, tuple(np.add(pose, off)), ends, free, tolerance, tolerance),
-                   key=lambda one: one.worth)
+    rays, best = [each[:, ::1 + count // MOST_RAYS] for each in rays], Fit(0.0, 1.0)
+    for place in around(pose, NEARLY, NEARLY):
+        best = max(best, fit(floor_map, place, rays, tolerance, tolerance), key=lambda one: one.worth)
         if best.worth > GOOD:
             break
     return best

@@ -1,6 +1,7 @@
-"""How goto and relocalize begin and end: a line of words, and an exit status."""
+"""How goto and relocalize begin, wait and end: a line of words, and an exit status."""
 
 import sys
+import time
 
 import rosgraph
 
@@ -20,3 +21,11 @@ def run_tool(name, work):
         end = Outcome(INTERRUPTED, "interrupted")
     print(end.words, file=sys.stdout if end.status == DONE else sys.stderr, flush=True)
     return end.status
+
+
+def wait_for(condition, timeout):
+    """Whether `condition()` becomes true within `timeout` [s]."""
+    end = time.monotonic() + timeout
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.02)
+    return bool(condition())

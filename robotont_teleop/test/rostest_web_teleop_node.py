@@ -88,14 +88,13 @@ class NightlyWebTeleopNodeTest(PageServerTest):
 
     def test_by_the_token_over_https_and_no_token_in_any_log(self):
         folder = self.processes.folder
-        certificate, token_file = folder / "page.pem", folder / "token"
+        certificate, token_file = folder / "page.pem", folder / "robotont_teleop_token"
         certificate.write_bytes(subprocess.run(
             ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=robot", "-keyout", "-"],
             check=True, stdin=subprocess.DEVNULL, capture_output=True).stdout)
         logs = folder / "log"
         logs.mkdir()
-        self.start("_address:=0.0.0.0", f"_certificate:={certificate}", f"_token_file:={token_file}",
-                   ROS_LOG_DIR=str(logs))
+        self.start("_address:=0.0.0.0", f"_certificate:={certificate}", ROS_HOME=str(folder), ROS_LOG_DIR=str(logs))
         token = token_file.read_text().strip()
         url = re.search(rf"https://[^/]+:{self.port}/", self.log.read_text()).group() + "#token=" + token
 

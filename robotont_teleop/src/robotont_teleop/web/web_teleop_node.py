@@ -23,8 +23,6 @@ PARAMETERS = (
               "the network, with the token only"),
     Parameter("port", 8100, "of the page", minimum=0, maximum=65535),
     Parameter("host_names", "", "further names of this computer in the page's address, separated by commas"),
-    Parameter("token_file", "", "file of the token, made where it is missing; empty: robotont_teleop_token in "
-              "ROS_HOME"),
     Parameter("certificate", "", "file of a TLS certificate and its private key, for https; empty: http"),
     Parameter("max_linear_speed", 0.5, "the most, at the page's speed Fast", "m/s", minimum=0.01, maximum=100.0),
     Parameter("max_angular_speed", 2.0, "likewise", "rad/s", minimum=0.01, maximum=100.0),
@@ -87,8 +85,7 @@ def main():
     init_node("web_teleop_node", __doc__, PARAMETERS)
     try:
         parameters = own_parameters(PARAMETERS)
-        file = parameters["token_file"] or str(ros_home() / "robotont_teleop_token")
-        access = make_access(parameters["address"], file, "robotont_teleop")
+        access = make_access(parameters["address"], str(ros_home() / "robotont_teleop_token"), "robotont_teleop")
         robot = RobotView(parameters["camera"])
         if not rospy.is_shutdown():
             asyncio.run(serve(robot, access, parameters))

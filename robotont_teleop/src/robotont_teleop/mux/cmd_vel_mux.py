@@ -55,7 +55,6 @@ class CmdVelMux:
         self._lock = threading.Lock()
         self._timeouts = {name: timeout for name, timeout, *_ in inputs}
         self._commands = dict.fromkeys(self._timeouts, 0)
-        self._refused = 0
         self._refusal = ""
         heard = []  # subscribers of commands
         self._arrivals = Arrivals(min(self._timeouts.values()), boot_time(), partial(is_local, heard))
@@ -98,7 +97,6 @@ class CmdVelMux:
             self._send([STOP] if stopped_meanwhile else twists)
             in_vain = name == "navigation" and self._arbiter.locked and twist != STOP
             if refusal:
-                self._refused += 1
                 self._refusal = f"cmd_vel/{name}: {refusal}"
         if in_vain:  # a goal that was sent during the stop, and would move the robot after it
             self._cancel.publish(GoalID())
@@ -191,7 +189,6 @@ class CmdVelMux:
                 "drives": driver,
                 **{f"commands of {name}": count for name, count in self._commands.items()},
                 "ignored": "; ".join(ignored) or "none",
-                "commands refused": self._refused,
                 "commands too old": self._outdated,
                 "times that this node was stopped or starved": self._arrivals.gaps.amount,
                 "stops because a driver fell silent": arbiter.timeouts,

@@ -17,7 +17,7 @@ STALE = 1.0      # [s] a value that has not come for so long is not shown
 SILENT = 5.0     # [s] a task or a battery that has not come for so long is silent
 FORGOTTEN = 60.0  # [s] ... and then no more
 LEVELS, SILENCE = (0, 1, 2), 3  # of diagnostic_msgs/DiagnosticStatus; and beside them
-SILENCES = SILENCE, f"silent for {SILENT:g} s", "silent"  # a task's level, words and key
+SILENT_LIGHT = {"level": SILENCE, "words": f"silent for {SILENT:g} s", "key": "silent"}
 LONGEST_WAY = 0.5  # [m] between two poses; beyond, the odometry was reset
 MOST, LONGEST_NAME, LONGEST_WORDS, MOST_VALUES = 96, 80, 200, 100
 
@@ -29,7 +29,7 @@ class RobotReports:
         namespace = rospy.get_namespace().strip("/") if namespace is None else namespace
         self._prefix = namespace and namespace + "/"
         self._others = set()  # prefixes of other robots' nodes, for which "hardware" is the robot
-        self._tasks = {}      # name: (time [s], (level, words, key of the fault), {key: number})
+        self._tasks = {}      # name: (time [s], light, {key: number})
         self._newest = {}     # name: (time [s], value) of values that become stale
         self._place = None    # of the newest odometry
         self.base_frame = ""  # as the odometry names it
@@ -60,8 +60,7 @@ class RobotReports:
     @property
     def lights(self):
         """[{"name", "level", "words", "key"}] of all tasks, the worst first, for JSON; key: of the fault, or ""."""
-        found = [{"name": name, "level": level, "words": words, "key": key} for name, level, words, key, _ in
-                 self._now()]
+        found = [light for light, _ in self._now()]
         charge = (self.battery or {}).get("charge")
         if charge is not None and charge <= LOW and all(light["key"] != "battery_low" for light in found):
             found.append({"name": "battery", "level": 1, "words": f"{charge:.0%} left", "key": "battery_low"})
@@ -84,12 +83,12 @@ class RobotReports:
     @property
     def values(self):
         """{task: {"level", key: number}}, for JSON."""
-        return {name: {"level": level, **values} for name, level, _, _, values in self._now()}
+        return {light["name"]: {"level": light["level"], **values} for light, values in self._now()}
 
     def _now(self):
         now, tasks, others = time.monotonic(), dict(self._tasks), tuple(self._others)  # copies: others write meanwhile
-        return [(name, *(said if now - at < SILENT else SILENCES), values)
-                for name, (at, said, values) in sorted(tasks.items()) if not name.startswith(others)]
+        return [(light if now - at < SILENT else {**light, **SILENT_LIGHT}, values)
+                for name, (at, light, values) in sorted(tasks.items()) if not name.startswith(others)]
 
     def _keep(self, name, value):
         self._newest[name] = time.monotonic(), value
@@ -132,7 +131,7 @@ class RobotReports:
             words = status.message[:LONGEST_WORDS]
             values = {value.key[:LONGEST_NAME]: _number(value.value) for value in status.values[:MOST_VALUES]}
             key = "silent" if level == SILENCE else fault_key(name, words) if level else ""
-            tasks[name] = (now, (level, words, key),
+            tasks[name] = (now, {"name": name, "level": level, "words": words, "key": key},
                            {key: number for key, number in values.items() if number is not None})
             self.board = next((value.value[:LONGEST_WORDS] for value in status.values if value.key == "board"),
                               self.board)

@@ -2,10 +2,14 @@
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
+from tf2_msgs.msg import TFMessage
 
+from robotont_teleop.hand import robot_reports
 from robotont_teleop.hand.robot_reports import RobotReports, worst_first
+from robotont_teleop.web import frame_chain
 
 TOLD = {"robot1/serial_com_node: link": "robot1", "robot2/serial_com_node: link": "robot2", "serial_com_node: link":
         "robotont", "camera/driver: temperature": "R200"}
@@ -80,3 +84,23 @@ def test_a_speed_that_is_no_number_is_unknown():
     odometry.twist.twist.linear.x = float("nan")
     reports._on_odometry(odometry)
     assert reports.velocity is None
+
+
+def test_what_was_heard_before_the_computer_slept_is_old(monkeypatch):
+    """time.monotonic() stands still meanwhile."""
+    slept, hear = [0.0], {}
+    monkeypatch.setattr("rospy.Subscriber", lambda topic, _kind, take, *_, **__: hear.update({topic: take}))
+    for module in (robot_reports, frame_chain):
+        monkeypatch.setattr(module, "boot_time", lambda: 100.0 + slept[0], raising=False)
+    reports, chain, found = RobotReports(""), frame_chain.FrameChain(), []
+    chain.listen()
+    transform = TransformStamped(child_frame_id="base_link")
+    transform.transform.rotation.w = 1.0
+    hear["/tf"](TFMessage([transform]))
+    hear["odom"](Odometry())
+    hear["battery"](BatteryState(percentage=0.5))
+    hear["/diagnostics"](DiagnosticArray(status=[DiagnosticStatus(name="a: b")]))
+    for slept[0] in (0.0, 20.0):
+        found.append((reports.velocity is None, reports.battery is None, reports.worst["fault"],
+                      chain.links("base_link", 100.0 + slept[0]) == []))
+    assert found == [(False, False, "", False), (True, True, "silent", True)]

@@ -2,7 +2,6 @@
 
 import contextlib
 import math
-import time
 
 import rospy
 from actionlib_msgs.msg import GoalID
@@ -10,6 +9,7 @@ from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.robots.battery import EMPTY
 from robotont_driver.ros.worker import Worker
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
@@ -108,11 +108,11 @@ class RobotTelemetry(RobotReports):
 
     def transforms(self):
         """TFMessage of the frames between base_link and the outermost one, in the names of free_fleet; or None."""
-        links = self._frames.named(self._base, time.monotonic())
+        links = self._frames.named(self._base, boot_time())
         return TFMessage(links) if links else None
 
     def _pose(self):
-        return self._frames.pose(self._base, time.monotonic())
+        return self._frames.pose(self._base, boot_time())
 
 
 def page_address():

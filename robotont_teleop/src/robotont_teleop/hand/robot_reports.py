@@ -1,7 +1,6 @@
 """What a robot says of itself on its topics: its health, speed, battery and who drives it."""
 
 import math
-import time
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -10,6 +9,7 @@ from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
 
 from robotont_driver.kinematics.se2 import pose_of
+from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.robots.battery import LOW
 from robotont_teleop.hand.fault_keys import fault_key
 
@@ -86,16 +86,16 @@ class RobotReports:
         return {light["name"]: {"level": light["level"], **values} for light, values in self._now()}
 
     def _now(self):
-        now, tasks, others = time.monotonic(), dict(self._tasks), tuple(self._others)  # copies: others write meanwhile
+        now, tasks, others = boot_time(), dict(self._tasks), tuple(self._others)  # copies: others write meanwhile
         return [(light if now - at < SILENT else {**light, **SILENT_LIGHT}, values)
                 for name, (at, light, values) in sorted(tasks.items()) if not name.startswith(others)]
 
     def _keep(self, name, value):
-        self._newest[name] = time.monotonic(), value
+        self._newest[name] = boot_time(), value
 
     def _fresh(self, name, within=STALE):
         at, value = self._newest.get(name, (-math.inf, None))
-        return value if time.monotonic() - at < within else None
+        return value if boot_time() - at < within else None
 
     def _on_odometry(self, message):
         twist, place = message.twist.twist, pose_of(message.pose.pose)[:2]
@@ -114,7 +114,7 @@ class RobotReports:
         self._driven_by = message.data[:LONGEST_WORDS]
 
     def _on_diagnostics(self, message):
-        now = time.monotonic()
+        now = boot_time()
         tasks = self._tasks
         for name in [name for name, task in dict(tasks).items() if now - task[0] > FORGOTTEN]:
             tasks.pop(name, None)

@@ -4,7 +4,6 @@ tf2 would hold a place of before until the clock has come there again.
 """
 
 import math
-import time
 from copy import deepcopy
 
 import numpy as np
@@ -12,6 +11,7 @@ import rospy
 from tf2_msgs.msg import TFMessage
 
 from robotont_description.geometry import rotation_of
+from robotont_driver.link.boot_clock import boot_time
 
 STALE = 1.0       # [s] a transform that has not come for so long is no place
 MOST_FRAMES, DEEPEST = 500, 10
@@ -28,7 +28,7 @@ class FrameChain:
         """Hear /tf and /tf_static."""
         for topic, fixed in (("/tf", False), ("/tf_static", True)):
             rospy.Subscriber(topic, TFMessage, lambda message, fixed=fixed: self.hear(
-                message.transforms, time.monotonic(), fixed), queue_size=50)
+                message.transforms, boot_time(), fixed), queue_size=50)
 
     def hear(self, transforms, now, fixed=False):
         """Transforms came at time `now` [s]; fixed: on /tf_static."""

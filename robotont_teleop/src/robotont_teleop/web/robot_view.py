@@ -6,7 +6,6 @@ All that a page can ask for and see goes through one object, which tests replace
 import contextlib
 import itertools
 import socket
-import time
 
 import rosgraph
 import rospy
@@ -16,6 +15,7 @@ from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan, Range
 
 from robotont_description.geometry import body
+from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import ParameterError
 from robotont_driver.ros.server_parameters import running_wheels
 from robotont_driver.ros.worker import Worker
@@ -91,7 +91,7 @@ class RobotView(RobotReports):
         """What changes fast, for JSON."""
         stop = self.emergency_stop
         return {"pose": rounded(self._pose()[1], 4), "velocity": rounded(self.velocity, 3),
-                "driven_by": self.driven_by, "mover": self._movers.who(self.driven_by, time.monotonic()),
+                "driven_by": self.driven_by, "mover": self._movers.who(self.driven_by, boot_time()),
                 "stopped": stop.pressed, "stop_waits": stop.waits, "pressed_here": stop.latched and not stop.waits,
                 "heard": self._command.get_num_connections() > 0}
 
@@ -117,7 +117,7 @@ class RobotView(RobotReports):
 
     def _pose(self):
         """(frame, (x, y, yaw)) on the map where there is one, else of the odometry; ("", None) when it is unknown."""
-        return self._frames.pose(self.base_frame, time.monotonic())
+        return self._frames.pose(self.base_frame, boot_time())
 
     def _scan(self):
         scan = self._fresh("scan")
@@ -131,13 +131,13 @@ class RobotView(RobotReports):
 
     def _place_on_robot(self, message):
         """(3 x 3 rotation, (x, y, z) [m]) of a sensor, None where it is unknown."""
-        frame, place = self._frames.place(message.header.frame_id, time.monotonic(), until=self.base_frame)
+        frame, place = self._frames.place(message.header.frame_id, boot_time(), until=self.base_frame)
         return place if frame == self.base_frame else None
 
     def _on_command(self, message, topic):
         linear, angular = message.linear, message.angular
         moves = any((linear.x, linear.y, angular.z))
-        self._movers.hear(topic, connection_header(message).get("callerid", ""), moves, time.monotonic())
+        self._movers.hear(topic, connection_header(message).get("callerid", ""), moves, boot_time())
 
     def _on_range(self, message):
         name = f"range {message.header.frame_id}"

@@ -13,13 +13,13 @@ import rosbag
 from installing import install_robot, need
 
 from robotont_operations.black_box_files import bags_of, runs_in
+from robotont_operations.installation import UNITS
 from robotont_testing import places
 from robotont_testing.harness import Processes, wait_for
 from robotont_testing.stand_in_board import Board
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 WORKSPACE = places.program("robotont_bringup", "require").parents[3]  # with the source, development or install space
-UNITS = ("robotont-master.service", "robotont.service", "robotont-recorder.service")
 BOOT = """[Unit]
 Wants=systemd-journald.service systemd-sysusers.service robotont-watch.service {units}
 """

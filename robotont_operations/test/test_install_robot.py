@@ -7,41 +7,42 @@ import subprocess
 import pytest
 from installing import arguments, files, install_robot, need
 
-from robotont_boards import BOARDS
 from robotont_operations import install_robot as install_robot_module
-from robotont_operations import robot_choice
-from robotont_testing.board_port import BoardPort
-from robotont_testing.dc_motors import Motors
+from robotont_operations.installation import FLEET_UNIT, PAGE_UNIT, UNITS
 
-UNITS = ("robotont-master.service", "robotont.service", "robotont-recorder.service")
+SYSTEMD = "etc/systemd/system"
 
 
-def test_dry_run_names_each_file_and_a_root_that_is_not_there_is_refused_and_nothing_is_written(tmp_path):
-    dry, nowhere = install_robot("--root", tmp_path, "--dry-run", "--page"), install_robot("--root", tmp_path / "mnt")
-    assert (dry.returncode, nowhere.returncode) == (0, 2)
-    assert "  etc/systemd/system/robotont.service\n" in dry.stdout
-    assert "robotont-page.service -> /etc" in dry.stdout
-    assert f"--root: found {tmp_path / 'mnt'}, where there is no etc/; allowed:" in nowhere.stderr
-    assert files(tmp_path) == ["etc"]
-
-
-@pytest.mark.parametrize("name, option, words", [
-    ("page", "--page=10.0.0.7", "teleop.launch address:=10.0.0.7 $ROBOTONT_PAGE_ARGUMENTS\n"),
-    ("page", "--page", "teleop.launch address:=0.0.0.0 "),
-    ("fleet", "fleet:=10.0.0.7", "fleet.launch router:=tcp/10.0.0.7:7447\n")])
-def test_page_and_fleet_start_at_boot_where_they_were_asked_for(name, option, words, tmp_path):
-    unit = tmp_path / f"etc/systemd/system/robotont-{name}.service"
+def test_page_and_fleet_start_at_boot_where_they_were_asked_for_in_a_namespace_too(tmp_path):
+    units = {name: tmp_path / SYSTEMD / f"robotont-{name}.service" for name in ("page", "fleet")}
     install_robot("--root", tmp_path)
-    assert not unit.exists()
-    assert f"robotont_{'teleop_token' if name == 'page' else 'fleet_password'}" in install_robot(
-        "--root", tmp_path, option).stdout
-    assert words in unit.read_text()
-    assert (tmp_path / "etc/systemd/system/multi-user.target.wants" / unit.name).is_symlink()
+    assert not any(unit.exists() for unit in units.values())
+    said = install_robot("--root", tmp_path, "--page", "fleet:=10.0.0.7").stdout
+    assert "robotont_teleop_token" in said
+    assert "robotont_fleet_password" in said
     assert install_robot("--root", tmp_path).returncode == 0
-    assert unit.exists()
-    assert install_robot("--root", tmp_path, f"--{name}", "127.0.0.1").returncode == 2
+    for name, words in (("page", "teleop.launch address:=0.0.0.0 "), ("fleet", "fleet.launch router:=tcp/10.0.0.7:7447 ")):
+        assert words + f"$ROBOTONT_{name.upper()}_ARGUMENTS\n" in units[name].read_text()
+        assert f"\nROBOTONT_{name.upper()}_ARGUMENTS=\n" in (tmp_path / "etc/robotont/robot.conf").read_text()
+        assert (tmp_path / SYSTEMD / "multi-user.target.wants" / units[name].name).is_symlink()
+        assert install_robot("--root", tmp_path, f"--{name}", "127.0.0.1").returncode == 2
+    install_robot("--root", tmp_path, "--page=10.0.0.7")
+    assert "teleop.launch address:=10.0.0.7 " in units["page"].read_text()
     install_robot("--root", tmp_path, "--remove")
-    assert not unit.exists()
+    assert not any(unit.exists() for unit in units.values())
+
+
+def test_a_service_of_another_driver_is_kept_beside_each_time(tmp_path):
+    theirs = tmp_path / SYSTEMD / "robotont.service"
+    theirs.parent.mkdir(parents=True)
+    for number in (1, 2):
+        theirs.write_text(f"[Service]\nExecStart=/theirs {number}\n")
+        said = [install_robot("--root", tmp_path).stdout for _ in range(2)]
+        assert [f"robotont.service was another's: kept as robotont.service.before{number}\n" in one for one in said] == [
+            True, False]
+    install_robot("--root", tmp_path, "--remove")
+    kept = [theirs.with_name(f"robotont.service.before{number}").read_text() for number in (1, 2)]
+    assert kept == ["[Service]\nExecStart=/theirs 1\n", "[Service]\nExecStart=/theirs 2\n"]
 
 
 @pytest.mark.parametrize("model", [True, False])
@@ -60,11 +61,13 @@ def test_a_workspace_that_the_services_may_not_enter(tmp_path, monkeypatch):
     closed = tmp_path / "closed"
     closed.mkdir(mode=0o700)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([os.environ.get("PYTHONPATH", ""), str(closed)]))
-    here, elsewhere = install_robot("--dry-run"), install_robot("--root", tmp_path, "--dry-run")
-    assert (here.returncode, elsewhere.returncode) == (1, 0)
-    assert "would write" not in here.stdout
-    for done in (here, elsewhere):
-        assert "the services' user may not enter" in done.stderr
+    monkeypatch.setattr(install_robot_module, "run", lambda commands: pytest.fail(f"ran {commands}"))
+    (tmp_path / "etc").mkdir()
+    with arguments("--root", tmp_path):
+        assert install_robot_module._install(install_robot_module.parse_arguments(), live=True) == 1
+    assert files(tmp_path) == ["closed", "etc"]
+    assert "the services' user may not enter" in install_robot("--root", tmp_path).stderr
+    assert (tmp_path / SYSTEMD / "robotont.service").exists()
 
 
 def test_removal_leaves_no_file_but_the_users_and_what_a_link_leads_to(tmp_path):
@@ -131,8 +134,6 @@ def test_what_is_no_file_is_refused_and_other_names_of_a_file_are_not_written_th
     assert other.read_bytes() == b"# K\xfcche\n"
     if name.endswith(".conf"):
         assert (root / name).read_bytes() == b"# K\xfcche\nROBOTONT_ROBOT=robotont2\n"
-    else:
-        assert f"install-robot: {root / name}, another driver's that holds the port, is replaced" in done.stderr
 
 
 def test_a_workspace_that_is_not_in_the_image_is_named(tmp_path, monkeypatch):
@@ -147,11 +148,11 @@ def test_removal_stops_nothing_where_nothing_is_installed(tmp_path, monkeypatch)
     (tmp_path / "etc").mkdir()
     ran = []
     monkeypatch.setattr(install_robot_module, "run", lambda commands: ran.extend(commands) or True)
-    for options, status in ((["--dry-run"], 1), ([], 1), ([], 0)):
-        with arguments("--root", tmp_path, "--remove", *options):
+    for status in (1, 0):
+        with arguments("--root", tmp_path, "--remove"):
             assert install_robot_module._remove(install_robot_module.parse_arguments(), live=True) == status
         assert bool(ran) == (status == 0)
-        install_robot("--root", tmp_path, *options)
+        install_robot("--root", tmp_path)
     assert ran[0][:2] == ("systemctl", "stop")
 
 
@@ -161,9 +162,12 @@ def test_removal_stops_nothing_where_nothing_is_installed(tmp_path, monkeypatch)
     (True, ["10.0.0.7", "robot", "Robot-7.local", "7up.example.org"])])
 def test_an_address_that_a_robot_can_have_and_one_that_it_cannot(good, addresses, tmp_path):
     for address in addresses:
-        done = install_robot("--root", tmp_path, "--dry-run", f"--network={address}")
+        done = install_robot("--root", tmp_path, f"--network={address}")
         assert done.returncode == (0 if good else 2), address
         assert (f"found {address!r}, allowed: an IPv4 address" in done.stderr) != good
+    nowhere = install_robot("--root", tmp_path / "mnt")
+    assert nowhere.returncode == 2
+    assert f"--root: found {tmp_path / 'mnt'}, where there is no etc/; allowed:" in nowhere.stderr
 
 
 def test_the_users_own_settings_are_kept_and_the_network_is_not(tmp_path):
@@ -193,26 +197,11 @@ def test_the_robot_that_is_named_is_kept_until_another_one_is(tmp_path):
     assert "allowed: four_wheels, robotont2" in install_robot("--root", tmp_path, "robot:=robotont4").stderr
 
 
-def test_a_board_that_is_plugged_in_is_proposed(tmp_path, monkeypatch, capsys):
-    port = BoardPort(str(tmp_path / "board"), lambda now: BOARDS["robotont2"](Motors(), start=now))
-    port.plug()
-    monkeypatch.setattr(robot_choice, "ports", lambda: [str(tmp_path / "none"), port.link])
-    try:
-        with arguments("--dry-run"):
-            assert install_robot_module._install(install_robot_module.parse_arguments(), live=True) == 1
-    finally:
-        port.unplug()
-    words = f"the board at {port.link} speaks robotont2: ./robotont install-robot robot:=robotont2"
-    assert words in capsys.readouterr().err
-    assert port.heard == []
-
-
 def test_units_are_valid_do_little_beside_their_work_and_come_back(tmp_path):
     """By systemd's own measure, from 0 to 10. That they still do their work, the tests that boot show."""
     need("systemd-analyze")
     install_robot("--root", tmp_path, "--page", "--fleet", "teacher")
-    units = [tmp_path / "etc/systemd/system" / unit for unit in (
-        *UNITS, "robotont-page.service", "robotont-fleet.service")]
+    units = [tmp_path / SYSTEMD / unit for unit in (*UNITS, PAGE_UNIT, FLEET_UNIT)]
     assert ["Restart=always\n" in unit.read_text() for unit in units] == [True] * len(units)
     done = subprocess.run(["systemd-analyze", "verify", *map(str, units)], check=False, text=True, capture_output=True)
     # it also reads the units of this machine, whose faults are not ours

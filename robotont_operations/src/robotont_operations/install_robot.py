@@ -14,11 +14,11 @@ from pathlib import Path
 import rospkg
 
 from robotont_driver.parameters.command_line import CommandLine
+from robotont_driver.robots.robot_folder import read_robot
 from robotont_operations.installation import (
     KEPT,
     PAGE_UNIT,
     STATE,
-    SYSTEMD,
     LinkError,
     install,
     installation,
@@ -27,7 +27,6 @@ from robotont_operations.installation import (
     remove,
     unreadable,
 )
-from robotont_operations.robot_choice import chosen, proposal
 
 AFTER_INSTALL = (("systemd-sysusers",), ("udevadm", "control", "--reload"),
                  ("udevadm", "trigger", "--subsystem-match=tty"), ("systemctl", "daemon-reload"))
@@ -45,6 +44,12 @@ def run(commands):
             print(f"install-robot: failed, run it later: {error}", file=sys.stderr)
             good = False
     return good
+
+
+def chosen(robot):
+    """What robot.conf gets for a `robot:=`: a name, or an absolute path. Raises OSError, ValueError for a wrong one."""
+    folder = read_robot(robot).folder
+    return str(folder.resolve()) if "/" in robot else folder.name
 
 
 def address(text):
@@ -71,9 +76,9 @@ def parse_arguments():
                         help="of config/robots; default: the one that is installed, else thesis; an official board "
                         "has to be named")
     parser.add_argument("--remove", action="store_true", help="remove all of it again, the black boxes too")
-    parser.add_argument("--dry-run", action="store_true", help="only show what would be done")
     parser.add_argument("--root", default="/", metavar="DIR",
-                        help="install into a file system at DIR, such as an image, and start nothing [%(default)s]")
+                        help="install into a file system at DIR, such as an image, or a folder with an etc/ to look at "
+                        "what it writes, and start nothing [%(default)s]")
     parser.add_argument("--network", type=address, metavar="ADDRESS",
                         help="let other machines use the robot under this address of its (docs/safety.md: "
                         "there is no password); default: the robot keeps to itself")
@@ -114,24 +119,7 @@ def _udev_rules():
     return sorted((Path(rospkg.RosPack().get_path("robotont_bringup")) / "udev").glob("*.rules"))
 
 
-def _warn(options, live, used):
-    """Say what the user may not expect of this installation."""
-    if not live:
-        for path in dict.fromkeys(part for part in used if not Path(options.root, part.lstrip("/")).exists()):
-            print(f"install-robot: {path} is on this computer and not in {options.root}: the services look for it "
-                  "there; put the workspace there at the same path, or install from within (chroot)", file=sys.stderr)
-    theirs = Path(options.root, SYSTEMD, "robotont.service")
-    if theirs.is_file() and "robotont_bringup robot.launch" not in read(theirs):
-        print(f"install-robot: {theirs}, another driver's that holds the port, is replaced; a copy of it, with what it "
-              "starts, is yours to keep", file=sys.stderr)
-
-
 def _install(options, live):
-    if live and not options.robot and not Path("/", KEPT).exists():
-        proposed = proposal()
-        if proposed:
-            print(f"install-robot: {proposed} (or robot:=thesis)", file=sys.stderr)
-            return 1
     used = [part for name in ("CMAKE_PREFIX_PATH", "ROS_PACKAGE_PATH", "PYTHONPATH")
             for part in os.environ.get(name, "").split(":") if os.path.isdir(part)]
     closed = unreadable(used)
@@ -140,7 +128,10 @@ def _install(options, live):
               "or move the workspace to /opt", file=sys.stderr)
         if live:
             return 1  # under another root it may be open where it will run
-    _warn(options, live, used)
+    for part in dict.fromkeys(used):
+        if not Path(options.root, part.lstrip("/")).exists():
+            print(f"install-robot: {part} is on this computer and not in {options.root}: the services look for it "
+                  "there; put the workspace there at the same path, or install from within (chroot)", file=sys.stderr)
     model = importlib.util.find_spec("xacro") is not None
     if not model:
         print("install-robot: no xacro: the robot starts without its model. "
@@ -148,22 +139,14 @@ def _install(options, live):
     templates = Path(rospkg.RosPack().get_path("robotont_operations")) / "install"
     files, links = installation(templates, _udev_rules(), os.environ, options.network or "", options.robot, model,
                                 options.page or "", options.fleet or "")
-    units = dict.fromkeys((*(Path(name).name for name in links), *installed_units(options.root)))
-    commands = (*AFTER_INSTALL, ("systemctl", "restart", *units)) if live else ()
-    if options.dry_run:
-        names = *files, *(f"{name} -> {target}" for name, target in links.items())
-        print(f"would write, under {options.root}:", *names, sep="\n  ")
-        if commands:
-            print("would run:", *(" ".join(command) for command in commands), sep="\n  ")
-        good = True
-    else:
-        print(f"written, under {options.root}:", *install(files, links, options.robot, options.root), sep="\n  ")
-        kept = Path(options.root, KEPT)
-        if model and "description:=false" in read(kept):
-            print(f"install-robot: {kept} is kept, and says description:=false: without it the robot has its model")
-        good = run(commands)
-        if live:
-            print("next: ./robotont status; the log: journalctl -fu 'robotont*'")
+    print(f"written, under {options.root}:", *install(files, links, options.robot, options.root), sep="\n  ")
+    kept = Path(options.root, KEPT)
+    if model and "description:=false" in read(kept):
+        print(f"install-robot: {kept} is kept, and says description:=false: without it the robot has its model")
+    units, good = installed_units(options.root), True
+    if live:
+        good = run((*AFTER_INSTALL, ("systemctl", "restart", *units)))
+        print("next: ./robotont status; the log: journalctl -fu 'robotont*'")
     if PAGE_UNIT in units:
         host = socket.gethostname() if live else "ROBOT"
         print(f"phones: http://{host}:8100/ (or the first address that hostname -I prints there), and once the token "
@@ -179,9 +162,6 @@ def _remove(options, live):
     if not units:
         print(f"install-robot: nothing is installed under {options.root}", file=sys.stderr)
         return 1
-    if options.dry_run:
-        print(f"would remove, under {options.root}: services, udev rules, settings; {STATE} with the black boxes")
-        return 0
     good = not live or run([("systemctl", "stop", *reversed(units))])
     print(f"removed, under {options.root}:", *remove(options.root, _udev_rules()), sep="\n  ")
     return 0 if (not live or run(AFTER_REMOVAL)) and good else 1

@@ -1,12 +1,13 @@
 """Installation on a robot: which files lie where under a root folder, how they get there, and go again."""
 
+import contextlib
+import itertools
 import os
 import re
 import shutil
 from pathlib import Path
 
 from robotont_driver.parameters.files import write_file
-from robotont_operations.robot_choice import with_robot
 
 UNITS = ("robotont-master.service", "robotont.service", "robotont-recorder.service")
 PAGE_UNIT, FLEET_UNIT = "robotont-page.service", "robotont-fleet.service"  # with --page, with --fleet
@@ -18,6 +19,8 @@ KEPT = SETTINGS + "robot.conf"     # the user's own, not overwritten
 STATE = "var/lib/robotont"         # black boxes; made by systemd
 ROS_VARIABLES = ("CMAKE_PREFIX_PATH", "LD_LIBRARY_PATH", "PYTHONPATH", "ROS_DISTRO", "ROS_ETC_DIR",
                  "ROS_PACKAGE_PATH", "ROS_PYTHON_VERSION", "ROS_ROOT", "ROS_VERSION")
+ROBOT_LINE = re.compile(r"^ROBOTONT_ROBOT=.*$", re.MULTILINE)
+OURS = "Installed by ./robotont install-robot"  # in each of our units; the makers have a robotont.service, too
 NETWORK_ONLINE = "Wants=network-online.target\nAfter=network-online.target\n"
 
 
@@ -60,6 +63,14 @@ def environment_file(environment, address):
     return head + "".join(f'{name}="{value}"\n' for name, value in sorted(variables.items()))
 
 
+def with_robot(text, robot):
+    """Contents of a robot.conf with that robot; "": as it is."""
+    if not robot:
+        return text
+    line = "ROBOTONT_ROBOT=" + robot
+    return ROBOT_LINE.sub(lambda _: line, text) if ROBOT_LINE.search(text) else text.rstrip("\n") + f"\n{line}\n"
+
+
 class LinkError(ValueError):
     """A path leads out of the root folder by a link."""
 
@@ -90,10 +101,10 @@ def read(path):
 
 
 def install(files, links, robot, root):
-    """Write an `installation` under `root`; returns the paths under it that were written.
+    """Write an `installation` under `root`; returns the paths under it that were written, and what was kept beside.
 
-    robot: to be put into a robot.conf that is there already; "": none. Raises OSError; LinkError before anything is
-    written.
+    robot: to be put into a robot.conf that is there already; "": none. A unit that is somebody else's gets another
+    name. Raises OSError; LinkError before anything is written.
     """
     paths = {name: under(root, name) for name in (*files, *links)}
     for name in files:
@@ -110,9 +121,20 @@ def install(files, links, robot, root):
                 continue
             write_file(path, with_robot(read(path), robot))
         else:
+            if name.startswith(SYSTEMD) and path.exists() and OURS not in read(path):
+                written.append(f"{name} was another's: kept as {_kept_beside(path)}")
             write_file(path, files[name])
         written.append(name)
     return written
+
+
+def _kept_beside(path):
+    """The name of a file under a new one beside it, which systemd does not read."""
+    for number in itertools.count(1):
+        beside = path.with_name(f"{path.name}.before{number}")
+        with contextlib.suppress(FileExistsError):
+            os.link(str(path), str(beside))
+            return beside.name
 
 
 def installed_units(root):
@@ -129,7 +151,7 @@ def remove(root, udev_rules):
     units = [place + unit for unit in (*UNITS, PAGE_UNIT, FLEET_UNIT) for place in (WANTED, SYSTEMD)]
     rules = [UDEV + Path(rule).name for rule in udev_rules]
     names = (*rules, *units, USER, SETTINGS + "python_logging.conf", SETTINGS + "environment",
-             SETTINGS + "installed", KEPT, STATE)  # installed: a list that 1.0 has kept
+             KEPT, STATE)
     gone = []
     for name, path in [(name, under(root, name)) for name in names]:
         if path.is_symlink():

@@ -60,7 +60,7 @@ class Guide(NodeTest):
         folder = self.processes.folder
         command = [places.program("robotont_calibration", "calibrate_wheels"), "--guide", str(folder / "runs"),
                    "--side", "0.2", "--turns", "0.25", "--line", "0.3", "--wheel-params", str(WHEEL_PARAMS),
-                   "-o", str(folder / "new.yaml"), "--picture", str(folder / "new.png"), *arguments]
+                   "-o", str(folder / "new.yaml"), *arguments]
         process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                    bufsize=0, start_new_session=True, env={**os.environ, **environment})
         self.addCleanup(process.kill)

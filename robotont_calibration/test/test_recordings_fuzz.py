@@ -3,7 +3,6 @@
 import genpy
 import pytest
 import rosbag
-from geometry_msgs.msg import Twist
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
@@ -13,65 +12,52 @@ from robotont_calibration.recording_files import read_recording, write_csv
 from robotont_calibration.recordings import Recording, RecordingError
 from robotont_testing.spoilt import spoilt
 
-TOPICS = {"odometry": "odom", "packets": "serial_read", "commands": "cmd_vel"}
+TOPICS = {"odometry": "odom", "packets": "serial_read"}
 
 
 @pytest.fixture(scope="module")
 def drive(tmp_path_factory):
-    """Folder with a bag, a CSV file and a run of OptiOdom."""
+    """Folder with a bag and a CSV file."""
     folder = tmp_path_factory.mktemp("drive")
     with rosbag.Bag(str(folder / "a.bag"), "w") as bag:
         for number in range(20):
             time = genpy.Time(100 + number, 0)
             bag.write("/odom", Odometry(), time)
             bag.write("/serial_read", String("1:2:-3;\n"), time)
-            bag.write("/cmd_vel", Twist(), time)
     write_csv(folder / "a.csv", [(0.02 * number, (1, 2, -3)) for number in range(20)],
               [(0.02 * number, (0.1, 0.2, 0.3)) for number in range(20)])
-    (folder / "optiodom.csv").write_text("".join(f"{number}.5,0.1,0.2,0.3,1,2,3\n" for number in range(20)))
     return folder
 
 
-@pytest.mark.parametrize("name, form", [("a.bag", "auto"), ("a.csv", "auto"), ("optiodom.csv", "optiodom")])
+@pytest.mark.parametrize("name", ["a.bag", "a.csv"])
 @settings(deadline=None)
 @given(seed=st.integers(0, 2 ** 32))
-def test_a_file_with_errors(drive, name, form, seed):
+def test_a_file_with_errors(drive, name, seed):
     file = drive / f"errors_{name}"
     file.write_bytes(spoilt((drive / name).read_bytes(), seed))
     try:
-        recording = read_recording(file, TOPICS, form)
+        recording = read_recording(file, TOPICS)
     except RecordingError as error:
         assert str(file) in str(error)
     else:
         assert isinstance(recording, Recording)
 
 
-def test_a_heading_without_packets_is_told(tmp_path):
-    (tmp_path / "a.csv").write_text("time,m0,m1,m2\n")
-    with pytest.raises(RecordingError, match="a.csv: found a heading only"):
-        read_recording(tmp_path / "a.csv", TOPICS)
-
-
 def test_a_bag_without_its_end_and_one_of_another_robot_are_told_with_the_remedy(drive, tmp_path):
     (tmp_path / "cut.bag").write_bytes((drive / "a.bag").read_bytes()[:-100])
     with pytest.raises(RecordingError, match="found a bag without its end, .* rosbag reindex .*cut.bag"):
         read_recording(tmp_path / "cut.bag", TOPICS)
-    with pytest.raises(RecordingError, match="found none of /robot1/odom; there are: /cmd_vel, /odom, /serial_read"):
+    with pytest.raises(RecordingError, match="found none of /robot1/odom; there are: /odom, /serial_read"):
         read_recording(drive / "a.bag", {"odometry": "robot1/odom"})
 
 
-@pytest.mark.parametrize("topic, message", [("/odom", Odometry()), ("/serial_read", String("1:2:-3;")),
-                                            ("/cmd_vel", Twist())])
+@pytest.mark.parametrize("topic, message", [("/odom", Odometry()), ("/serial_read", String("1:2:-3;"))])
 def test_of_two_robots_on_one_topic_no_path_is_one_robots(tmp_path, topic, message):
-    """Several nodes may command."""
     with rosbag.Bag(str(tmp_path / "two.bag"), "w") as bag:
         for number in range(6):
             bag._topic_connections.clear()  # a connection for each node, as rosbag record writes them
             bag.write(topic, message, genpy.Time(100 + number, 0), connection_header={
                 "topic": topic, "type": message._type, "md5sum": message._md5sum,
                 "message_definition": message._full_text, "callerid": f"/node{number % 2}"})
-    if topic == "/cmd_vel":
-        assert len(read_recording(tmp_path / "two.bag", TOPICS).commands) == 6
-    else:
-        with pytest.raises(RecordingError, match=f"{topic}: found two nodes that publish it, /node0 and /node1"):
-            read_recording(tmp_path / "two.bag", TOPICS)
+    with pytest.raises(RecordingError, match=f"{topic}: found two nodes that publish it, /node0 and /node1"):
+        read_recording(tmp_path / "two.bag", TOPICS)

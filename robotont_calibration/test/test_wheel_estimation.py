@@ -34,7 +34,7 @@ def umbmark(parameters, true, noise=NOISE):
     for turn in (1, -1):
         exact = tuple(path_of(square(4.0, turn))[-1])
         means.append(np.mean([
-            calibration_runs.end_misfit(read_wheels(parameters), taped_run("square", counts, exact, TRACKED))
+            calibration_runs.misfits(read_wheels(parameters), taped_run("square", counts, exact, TRACKED))[-1]
             for counts, _ in (recorded(true, square(4.0, turn), seed, TRACKED, noise) for seed in range(100, 105))],
             axis=0))
     return max(math.hypot(x, y) for x, y, _ in means)
@@ -157,7 +157,7 @@ def test_a_turn_on_the_spot_determines_no_radius_and_its_whole_turns_need_not_be
     run, wrapped = (taped_run("spin", counts, (*poses[-1, :2], yaw), TAPE)
                     for yaw in (poses[-1, 2], math.remainder(poses[-1, 2], 2 * math.pi)))
     assert {"wheelRadius", "wheelDistanceFromCenter"} <= set(calibrated([run], NOISE).undetermined)
-    one, other = (calibration_runs.end_misfit(read_wheels(SHIPPED), each) for each in (run, wrapped))
+    one, other = (calibration_runs.misfits(read_wheels(SHIPPED), each)[-1] for each in (run, wrapped))
     np.testing.assert_allclose(one, other, atol=1e-9)
 
 

@@ -30,10 +30,8 @@ def coordinates(text):
 
 
 def point(text):
-    """"free", or (x, y) [m] of "fixed" (the robot's middle) or "X,Y". Raises ArgumentTypeError."""
-    if text in ("free", "fixed"):
-        return "free" if text == "free" else (0.0, 0.0)
-    return numbers(text, 2, "free, fixed or X,Y [m]")
+    """"free", or (x, y) [m] of "X,Y". Raises ArgumentTypeError."""
+    return text if text == "free" else numbers(text, 2, "free or X,Y [m]")
 
 
 def read_end(text):

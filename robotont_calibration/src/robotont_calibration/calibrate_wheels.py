@@ -9,13 +9,13 @@ import numpy as np
 import yaml
 
 from robotont_calibration.arguments import point, positive, read_end
-from robotont_calibration.calibration_report import draw, table
+from robotont_calibration.calibration_report import table
 from robotont_calibration.calibration_runs import taped_run, tracked_run, turns
 from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.next_run import next_run
-from robotont_calibration.recording_files import FORMATS, read_recording
+from robotont_calibration.recording_files import read_recording
 from robotont_calibration.recordings import stamps_of
-from robotont_calibration.truth_columns import implausible, wrong_columns
+from robotont_calibration.true_poses import implausible, wrong_yaw
 from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.parameters.files import write_file
 from robotont_driver.robots.robot_folder import read_wheel_file
@@ -48,16 +48,11 @@ def parse(arguments):
     parser.add_argument("-o", "--output", default="wheel_params.calibrated.yaml", metavar="FILE",
                         help="default: %(default)s")
     parser.add_argument("--force", action="store_true", help="overwrite the output")
-    parser.add_argument("--picture", default="calibration.png", metavar="PNG", help="default: %(default)s")
-    parser.add_argument("--radius", choices=("auto", "common", "each"), default="auto",
-                        help="one factor for all wheels, a radius for each, or auto: what the runs make likelier; "
-                             "with --angles fixed one factor (default: %(default)s)")
-    parser.add_argument("--angles", choices=("each", "fixed"), default="each", help="default: %(default)s")
+    parser.add_argument("--angles", choices=("each", "fixed"), default="each",
+                        help="fixed: the directions stay, and the radii get one factor (default: %(default)s)")
     parser.add_argument("--point", type=point, metavar="POINT", help=(
-        "the measured point: free (estimated), fixed (the robot's middle), or X,Y in base_link [m] "
+        "the measured point: free (estimated), or X,Y in base_link [m]; 0,0: the middle "
         "(default: free where the runs turn)"))
-    parser.add_argument("--format", choices=FORMATS, default="auto",
-                        help="of recordings: by their names, or runs of the OptiOdom data set (default: %(default)s)")
     parser.add_argument("--truth", metavar="TOPIC", help="ground truth in bags, or while guiding")
     parser.add_argument("--packets", metavar="TOPIC", default="serial_read", help="default: %(default)s")
     guide = parser.add_argument_group("guided runs (a ROS master and a running robot)")
@@ -73,10 +68,10 @@ def parse(arguments):
     return options
 
 
-def read_run(text, wheels, topics, form="auto"):
+def read_run(text, wheels, topics):
     """`Run` of FILE or FILE=X,Y,YAW. Raises ValueError or OSError with what is wrong with it."""
     file, _, end = text.partition("=")
-    recording = read_recording(file, topics, form)
+    recording = read_recording(file, topics)
     times, counts = recording.counts(wheels)
     run = _run(file, end, recording, times, counts)
     gaps = np.diff(times if recording.stamped else stamps_of(times, 1.0 / wheels.pid_frequency))
@@ -117,7 +112,7 @@ def run(options):
 
         options.runs = guide(options, wheels)
     topics = {"truth": options.truth, "packets": options.packets}
-    runs = [read_run(recorded, wheels, topics, options.format) for recorded in options.runs]
+    runs = [read_run(recorded, wheels, topics) for recorded in options.runs]
     free, found = choose(options, given, runs)
     print(table(given, found, runs))
     spoilt = contradictions(options, given, runs, free, found)
@@ -128,9 +123,7 @@ def run(options):
     if advice:
         print(f"\nnext: {advice.name}. Of all runs this one is the most informative: the error expected of "
               f"the parameters, at the end of such drives,\nfalls from {1000 * advice.now:.0f} to "
-              f"{1000 * advice.then:.0f} mm.")
-    draw(options.picture, given, found, runs)
-    print(f"\npicture: {options.picture}", flush=True)
+              f"{1000 * advice.then:.0f} mm.", flush=True)
     if spoilt:
         print("calibrate_wheels: nothing is written; use none of these values", file=sys.stderr)
         return USELESS
@@ -162,7 +155,7 @@ def doubts(found):
 
 def contradictions(options, given, runs, free, found):
     """Reasons why a `Calibration` with `FreeParameters` may be worse than the file that there is."""
-    words = wrong_columns(given, runs, free, WHEEL_NOISE)[:1]
+    words = wrong_yaw(given, runs, free, WHEEL_NOISE)[:1]
     if words:
         return words  # the reason; what follows would be its consequences
     words = implausible(found, free)
@@ -189,8 +182,7 @@ def rounded(value):
 def choose(options, given, runs):
     """(`FreeParameters`, `Calibration`) by the options; of what they leave open, what the runs make likelier."""
     where = options.point or ("free" if turns(runs) else tuple(given.get("measuredPoint", NOWHERE)))
-    radii = (options.radius,) if options.radius != "auto" else \
-        ("common", "each") if options.angles == "each" else ("common",)  # an angle that is off would pass for radii
+    radii = ("common", "each") if options.angles == "each" else ("common",)  # an angle that is off would pass for radii
     models = [FreeParameters(given, radius, options.angles, where) for radius in radii]
     return min(((free, calibrate(given, runs, free, WHEEL_NOISE)) for free in models),
                key=lambda pair: pair[1].unlikely)

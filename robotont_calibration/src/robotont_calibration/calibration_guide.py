@@ -85,11 +85,10 @@ def _refuse_another_robot(options, wheels):
 def _one_run(robot, file, twists):
     """RUN argument of a run that was made and kept in a file; "s" to skip it, "q" to end."""
     while True:
-        answer = ask("Enter: the robot drives now, Ctrl-C stops it. m: you move it yourself. s: skip this run. "
-                     "q: no more runs. ")
+        answer = ask("Enter: the robot drives now, Ctrl-C stops it. s: skip this run. q: no more runs. ")
         if answer in ("q", "s"):
             return answer
-        why = robot.record(twists if answer != "m" else None)
+        why = robot.record(twists)
         if not why:
             return str(file) + robot.save(file)
         print(f"\n{why}. This run does not count; put the robot back on its mark.")
@@ -137,23 +136,19 @@ class _Robot:
         self._recording.take(kind, rospy.get_time(), message)
 
     def record(self, twists):
-        """Record a run: one of `twists`, driven here, or one that the user drives until Enter.
+        """Drive a run and record it; returns why it does not count, "" when it does.
 
-        Returns why the run does not count, "" when it does. Raises ValueError when nothing listens to the commands.
+        Raises ValueError when nothing listens to the commands.
         """
-        if twists is not None:
-            self._wait(self._command.get_num_connections, CONNECTING,
-                       f"a node that takes commands on {self._command.resolved_name}")
+        self._wait(self._command.get_num_connections, CONNECTING,
+                   f"a node that takes commands on {self._command.resolved_name}")
         self._recording.packets, self._recording.truth = [], []
-        if twists is None:
-            ask("Recording. Drive it, stop it, then press Enter. ")
-        else:
-            if not until(self._rests, LONGEST_REST):  # the first stamps are rough
-                return RESTLESS
-            try:
-                self._drive(twists)
-            except KeyboardInterrupt:
-                return "Stopped by Ctrl-C"
+        if not until(self._rests, LONGEST_REST):  # the first stamps are rough
+            return RESTLESS
+        try:
+            self._drive(twists)
+        except KeyboardInterrupt:
+            return "Stopped by Ctrl-C"
         return "" if until(self._rests, LONGEST_REST) else RESTLESS
 
     def _drive(self, twists):

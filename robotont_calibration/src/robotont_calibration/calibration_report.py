@@ -1,13 +1,10 @@
-"""The result of a calibration: a table, and a picture of before and after."""
+"""The result of a calibration: a table of before and after."""
 
 import math
 
-import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
 
-from robotont_calibration.calibration_runs import end_misfit, errors_along
-from robotont_calibration.trajectory import BLUE, INK, ORANGE, STYLE
+from robotont_calibration.calibration_runs import errors_along
 from robotont_driver.kinematics.wheel_params import read_wheels
 
 SAME_THING = """\
@@ -57,31 +54,3 @@ def pick(value, index):
 def words(error):
     """An error of place and yaw for the table."""
     return f"{1000 * error[0]:.0f} mm {math.degrees(error[1]):5.1f}°"
-
-
-def draw(path, given, found, runs):
-    """Write a PNG: where each run ended, by the old and the new parameters, around where it really ended."""
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(10, 4.6), constrained_layout=True)
-        places, turns = figure.subplots(1, 2, gridspec_kw={"width_ratios": (1.25, 1)})
-        figure.suptitle("Odometry at the end of each run", x=0.01, ha="left", fontsize=12)
-        rows = np.arange(len(runs))[::-1]
-        for label, parameters, colour, shift in (
-                ("before", given, ORANGE, 0.19), ("after", found.parameters, BLUE, -0.19)):
-            wheels = read_wheels(parameters)
-            missed = np.array([end_misfit(wheels, run, found.point) for run in runs])
-            places.plot(1000 * missed[:, 0], 1000 * missed[:, 1], "o", color=colour, label=label, markersize=7)
-            if parameters is given:
-                for run, place in zip(runs, 1000 * missed):
-                    places.annotate(run.name, place[:2], xytext=(5, 3), textcoords="offset points", fontsize=7)
-            turns.barh(rows + shift, np.degrees(missed[:, 2]), 0.34, color=colour, label=label)
-        places.plot(0, 0, "+", color=INK, markersize=14, markeredgewidth=1.5, label="truth")
-        places.set(title="Place", xlabel="forward from the true end [mm]", ylabel="left of the true end [mm]")
-        places.set_aspect("equal", adjustable="datalim")
-        places.legend()
-        turns.set_yticks(rows)
-        turns.set_yticklabels([run.name for run in runs])
-        turns.axvline(0, color=INK, linewidth=0.8)
-        turns.set(title="Heading", xlabel="turned too far [°]")
-        turns.locator_params(axis="x", nbins=5)
-        figure.savefig(str(path))

@@ -108,24 +108,19 @@ def poses_at_marks(wheels, run, point=(0.0, 0.0)):
     return np.transpose(se2.compose(poses.T, (*point, 0.0)))
 
 
-def errors_along(wheels, run, point=(0.0, 0.0)):
-    """(place [m], root of the mean square over the marks; yaw [rad] at the last) by which the odometry is wrong."""
-    left = _from_start(wheels, run, point)
-    return float(np.sqrt(np.mean(left[:, 0] ** 2 + left[:, 1] ** 2))), float(abs(left[-1, 2]))
-
-
-def end_misfit(wheels, run, point=(0.0, 0.0)):
-    """(x [m], y [m], yaw [rad]) by which the odometry misses the last mark, seen from the first one."""
-    return _from_start(wheels, run, point)[-1]
-
-
-def _from_start(wheels, run, point):
-    """M - 1 x 3 by which the odometry misses each further mark, seen from the first one."""
+def misfits(wheels, run, point=(0.0, 0.0)):
+    """M - 1 x 3 (x [m], y [m], yaw [rad]) by which the odometry misses each further mark, seen from the first one."""
     poses = poses_at_marks(wheels, run, point)
     start = np.zeros(len(poses) - 1, dtype=int)
     left = seen_from(poses[start], poses[1:]) - seen_from(run.poses[start], run.poses[1:])
     left[:, 2] = se2.wrap(left[:, 2])
     return left
+
+
+def errors_along(wheels, run, point=(0.0, 0.0)):
+    """(place [m], root of the mean square over the marks; yaw [rad] at the last) by which the odometry is wrong."""
+    left = misfits(wheels, run, point)
+    return float(np.sqrt(np.mean(left[:, 0] ** 2 + left[:, 1] ** 2))), float(abs(left[-1, 2]))
 
 
 def steps_of(wheels, counts):

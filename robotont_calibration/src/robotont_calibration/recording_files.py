@@ -3,13 +3,8 @@
 CSV: a heading `time,m0,m1,...` and then one line per packet: time [s] and the counts [edges] of one PID
 period of each wheel. Behind them may stand `x,y,yaw` [m, m, rad]: where the robot really was after it.
 Lines that start with # are comments.
-
-OptiOdom (R. B. Sousa et al., Journal of Intelligent & Robotic Systems 105, 39 (2022)) is a public data set of real
-robots with three and four omni wheels, and with others; its runs are read as they are.
 """
 
-import csv
-import io
 from pathlib import Path
 
 import numpy as np
@@ -18,28 +13,21 @@ from robotont_calibration.recordings import Recording, RecordingError
 from robotont_driver.parameters.files import write_file
 from robotont_driver.parameters.parameters import shown
 
-FORMATS = ("auto", "optiodom")
 LARGEST_NUMBER = 1e10  # in a CSV file: times are seconds since 1970
 POSES = ("nav_msgs/Odometry", "geometry_msgs/PoseStamped", "geometry_msgs/PoseWithCovarianceStamped")
 TYPES = {  # of the messages on each kind of topic
-    "packets": ("std_msgs/String",), "commands": ("geometry_msgs/Twist", "geometry_msgs/TwistStamped"),
-    "odometry": POSES, "truth": POSES,
+    "packets": ("std_msgs/String",), "odometry": POSES, "truth": POSES,
 }
 
 
-def read_recording(path, topics, form="auto"):
+def read_recording(path, topics):
     """`Recording` of a .bag or .csv file. topics: {kind: topic}, with kinds as in `Recording.take`.
-
-    form: one of FORMATS; "optiodom" is a run of the data set OptiOdom as it is published.
 
     Topics match with or without a leading slash. Raises RecordingError when the file cannot be read.
     """
     path = Path(path)
     if not path.is_file():
         raise RecordingError(f"{path}: no such file")
-    if form == "optiodom":  # time, x, y, yaw, counts
-        table = _numbers(path, _lines(path))
-        return _recording(table[:, 0], table[:, 4:], table[:, 1:4])
     if path.suffix == ".csv":
         return _read_csv(path)
     if path.suffix == ".bag":
@@ -66,7 +54,7 @@ def _read_bag(path, topics):
                 raise RecordingError(f"{path}: found none of {', '.join(sorted(kinds))}; there are: "
                                      f"{', '.join(sorted(found)) or 'no topics'}")
             for topic, message, time, header in bag.read_messages(topics=list(wanted), return_connection_header=True):
-                _refuse_second(path, topic, wanted[topic], sources, header)
+                _refuse_second(path, topic, sources, header)
                 recording.take(wanted[topic], time.to_sec(), message)
     except RecordingError:
         raise
@@ -79,70 +67,42 @@ def _read_bag(path, topics):
     return recording
 
 
-def _refuse_second(path, topic, kind, sources, header):
+def _refuse_second(path, topic, sources, header):
     """Raise RecordingError where a second node speaks on a topic: of two robots' poses or packets no path is one's."""
     name = header.get("callerid", "")
     name = name.decode() if isinstance(name, bytes) else name
-    if kind != "commands" and sources.setdefault(topic, name) != name:
+    if sources.setdefault(topic, name) != name:
         raise RecordingError(f"{path}: {topic}: found two nodes that publish it, {sources[topic]} and {name}, allowed: "
                              "one")
 
 
 def _read_csv(path):
-    heading, *lines = _lines(path)
-    names = [name.strip() for name in heading.split(",")]
-    wheels = len(names) - (4 if names[-3:] == ["x", "y", "yaw"] else 1)
-    if wheels < 3 or names[:wheels + 1] != ["time", *(f"m{wheel}" for wheel in range(wheels))]:
-        raise RecordingError(f"{path}: found the heading {shown(heading)}, allowed: time,m0,m1,m2,... "
-                             "and then nothing or x,y,yaw")
-    table = _numbers(path, lines, len(names))
-    return _recording(table[:, 0], table[:, 1:wheels + 1], table[:, wheels + 1:])
-
-
-def _lines(path):
-    """The lines of a text file, at least one, without comments. Raises RecordingError."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise RecordingError(f"{path}: found bytes that are not UTF-8, allowed: a CSV") from error
-    lines = [line for line in text.split("\n") if line.strip() and not line.startswith("#")]
-    if not lines:
-        raise RecordingError(f"{path}: found nothing, allowed: packets")
-    return lines
-
-
-def _numbers(path, lines, columns=None):
-    """The numbers in lines, K x `columns`, or 7 or more as the first. Raises RecordingError unless all are finite."""
-    if not lines:
-        raise RecordingError(f"{path}: found a heading only, allowed: packets")
-    columns, table = columns or max(7, lines[0].count(",") + 1), []
-    for line in lines:
-        try:
-            table.append(np.array(line.split(","), dtype=float))
-        except ValueError:
-            table.append(np.empty(0))
-        if len(table[-1]) != columns or not np.all(np.abs(table[-1]) <= LARGEST_NUMBER):
-            raise RecordingError(f"{path}: found the line {shown(line)}, allowed: {columns} numbers up to "
-                                 f"{LARGEST_NUMBER:g}, with commas between them")
-    return np.array(table)
-
-
-def _recording(times, counts, poses):
-    """`Recording` of packets, and where `poses` has columns, of true poses."""
-    recording = Recording()
+        lines = [line for line in path.read_text(encoding="utf-8-sig").split("\n")
+                 if line.strip() and not line.startswith("#")] or [""]
+        names = [name.strip() for name in lines[0].split(",")]
+        wheels = len(names) - (4 if names[-3:] == ["x", "y", "yaw"] else 1)
+        if wheels < 3 or names[:wheels + 1] != ["time", *(f"m{wheel}" for wheel in range(wheels))] or not lines[1:]:
+            raise RecordingError(f"{path}: found the heading {shown(lines[0])} of {len(lines) - 1} lines, allowed: "
+                                 "time,m0,m1,m2,... and then nothing or x,y,yaw, and packets")
+        table = np.loadtxt(lines[1:], delimiter=",", ndmin=2)
+    except ValueError as error:  # no UTF-8, no numbers, not as many as in the line before
+        raise error if isinstance(error, RecordingError) else RecordingError(
+            f"{path}: found {str(error)[:200]}, allowed: a CSV of packets") from None
+    if table.shape[1] != len(names) or not np.all(np.abs(table) <= LARGEST_NUMBER):
+        raise RecordingError(f"{path}: found lines of {table.shape[1]} numbers, allowed: of {len(names)} up to "
+                             f"{LARGEST_NUMBER:g}")
+    times, recording = table[:, 0].tolist(), Recording()
     recording.stamped = True
-    recording.packets = list(zip(times.tolist(), map(tuple, counts.tolist())))
-    if poses.size:
-        recording.truth = list(zip(times.tolist(), map(tuple, poses.tolist())))
+    recording.packets = list(zip(times, map(tuple, table[:, 1:wheels + 1].tolist())))
+    if len(names) > wheels + 1:
+        recording.truth = list(zip(times, map(tuple, table[:, wheels + 1:].tolist())))
     return recording
 
 
 def write_csv(path, packets, truth=None):
     """Write packets [(time, counts)], and where `truth` [(time, (x, y, yaw))] is given, a pose for each."""
-    wheels = len(packets[0][1])
-    file = io.StringIO(newline="")
-    writer = csv.writer(file)
-    writer.writerow(["time", *(f"m{wheel}" for wheel in range(wheels)), *(("x", "y", "yaw") if truth else ())])
-    for index, (time, counts) in enumerate(packets):
-        writer.writerow([f"{time:.6f}", *counts, *(truth[index][1] if truth else ())])
-    write_file(path, file.getvalue())
+    columns = ["time", *(f"m{wheel}" for wheel in range(len(packets[0][1]))), *(("x", "y", "yaw") if truth else ())]
+    poses = [pose for _, pose in truth] if truth else [()] * len(packets)
+    rows = [(f"{time:.6f}", *counts, *pose) for (time, counts), pose in zip(packets, poses)]
+    write_file(path, "".join(",".join(map(str, row)) + "\n" for row in (columns, *rows)))

@@ -1,4 +1,4 @@
-"""A recorded drive: what was measured, commanded and true, and the paths that follow from it."""
+"""A recorded drive: what was measured and true, and the path that follows from its packets."""
 
 import math
 
@@ -6,7 +6,6 @@ import numpy as np
 
 from robotont_calibration.trajectory import Trajectory
 from robotont_driver.kinematics import se2
-from robotont_driver.odometry.odometry import LONGEST_HOLD
 from robotont_driver.odometry.odometry_stamps import SECOND, OdometryStamps
 from robotont_driver.protocol.plain import parse_packet
 from robotont_driver.protocol.protocol import LONGEST_LINE, PacketError
@@ -17,22 +16,18 @@ class RecordingError(ValueError):
 
 
 class Recording:
-    """A recording, in lists of (time [s], value): poses, packets (tuples of counts), twists."""
+    """A recording, in lists of (time [s], value): poses, packets (tuples of counts)."""
 
     def __init__(self):
         self.odometry = []   # (x, y, yaw) that odom_node published
         self.truth = []      # (x, y, yaw) of a ground truth
         self.packets = []    # counts
         self.stamped = False  # whether the packets' times are when they were made, not when they came
-        self.commands = []   # (v_x, v_y, omega) of cmd_vel
-        self.refused = 0     # malformed packets
+        self.refused = 0     # malformed packets and poses
 
     def take(self, kind, time, message):
-        """Take a ROS message of a kind: odometry, truth, packets or commands."""
-        if kind == "commands":
-            twist = getattr(message, "twist", message)  # with a stamp, or without
-            self._keep(self.commands, time, (twist.linear.x, twist.linear.y, twist.angular.z))
-        elif kind == "packets":
+        """Take a ROS message of a kind: odometry, truth or packets."""
+        if kind == "packets":
             try:
                 counts = parse_packet(message.data, message.data[:LONGEST_LINE].partition(";")[0].count(":") + 1)
             except PacketError:
@@ -40,16 +35,11 @@ class Recording:
             else:
                 self.packets.append((time, counts))
         else:
-            stamp = message.header.stamp.to_sec()
-            pose = getattr(message.pose, "pose", message.pose)  # with covariance, or without
-            self._keep(getattr(self, kind), stamp or time, se2.pose_of(pose))
-
-    def _keep(self, values, time, value):
-        """Keep a value of finite numbers."""
-        if all(map(math.isfinite, value)):
-            values.append((time, value))
-        else:
-            self.refused += 1
+            pose = se2.pose_of(getattr(message.pose, "pose", message.pose))  # with covariance, or without
+            if all(map(math.isfinite, pose)):
+                getattr(self, kind).append((message.header.stamp.to_sec() or time, pose))
+            else:
+                self.refused += 1
 
     def trajectory(self, kind):
         """`Trajectory` of "odometry" or "truth", or None where there is none."""
@@ -76,20 +66,6 @@ class Recording:
             times = stamps_of(times, 1.0 / kinematics.wheels.pid_frequency)
         steps = kinematics.inverse @ (counts * np.array(kinematics.wheels.metres_per_edge)).T
         return Trajectory(times, se2.path(steps.T))
-
-    def commanded_path(self):
-        """`Trajectory` of a robot that follows each command at once and stops LONGEST_HOLD after the last.
-
-        From the origin; None without commands.
-        """
-        if len(self.commands) < 2:
-            return None
-        stamps, twists = map(np.array, zip(*self.commands))
-        held = np.add.outer(stamps, np.arange(0.0, LONGEST_HOLD, 0.02)).ravel()  # for the drawing
-        times = np.unique(np.concatenate([held, stamps + LONGEST_HOLD]))
-        newest = np.searchsorted(stamps, times[:-1], side="right") - 1
-        twists = np.where((times[:-1] < stamps[newest] + LONGEST_HOLD)[:, None], twists[newest], 0.0)
-        return Trajectory(times, np.vstack([np.zeros(3), se2.path(twists * np.diff(times)[:, None])]))
 
 
 def stamps_of(arrivals, period):

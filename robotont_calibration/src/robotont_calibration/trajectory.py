@@ -1,13 +1,9 @@
-"""Poses over time, (x [m], y [m], yaw [rad]): an estimate and a reference at the same times, and in files for evo."""
-
-import math
+"""Poses over time, (x [m], y [m], yaw [rad]): an estimate and a reference at the same times."""
 
 import numpy as np
 
 from robotont_driver.kinematics import se2
 
-BLUE, GREY, ORANGE, INK = "#2f6db3", "#a5abb3", "#d0782a", "#33383f"  # odometry, reference, another curve, marks
-STYLE = {"font.size": 9, "axes.grid": True, "grid.color": "#e6e8eb", "axes.axisbelow": True}  # of matplotlib
 
 class Trajectory:
     """Poses over time. times: K [s], rising; poses: K x 3, whose yaw is unwrapped here.
@@ -60,10 +56,3 @@ def synchronise(estimate, reference):
 def seen_from(starts, ends):
     """K x 3 poses of `ends` as seen from `starts`, K x 3 each."""
     return np.transpose(se2.between(starts.T, ends.T))
-
-
-def write_tum(path, trajectory):
-    """Write a file in TUM format: `time x y z qx qy qz qw` a line, as evo and others read it."""
-    with open(path, "w") as file:
-        for time, (x, y, yaw) in zip(trajectory.times.tolist(), trajectory.poses.tolist()):
-            file.write(f"{time:.9f} {x!r} {y!r} 0 0 0 {math.sin(yaw / 2)!r} {math.cos(yaw / 2)!r}\n")

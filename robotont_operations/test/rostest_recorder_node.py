@@ -99,7 +99,7 @@ class RecorderNodeTest(NodeTest):
             strange = rospy.Publisher("emergency_stop", Bool, queue_size=1)
             wait_for(strange.get_num_connections, "the recorder")
         strange.publish(False)
-        self.wait_for_status("recorder_node: black box", WARN, "1 messages lost: of types that are unknown here")
+        self.wait_for_status("recorder_node: black box", WARN, "1 messages lost: of types that nobody explains")
         strange.unregister()
         run = runs_in(self.folder)[-1]
         def blocked():

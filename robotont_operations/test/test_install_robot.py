@@ -21,7 +21,8 @@ def test_page_and_fleet_start_at_boot_where_they_were_asked_for_in_a_namespace_t
     assert "robotont_teleop_token" in said
     assert "robotont_fleet_password" in said
     assert install_robot("--root", tmp_path).returncode == 0
-    for name, words in (("page", "teleop.launch address:=0.0.0.0 "), ("fleet", "fleet.launch router:=tcp/10.0.0.7:7447 ")):
+    for name, words in (("page", "teleop.launch address:=0.0.0.0 "),
+                        ("fleet", "fleet.launch router:=tcp/10.0.0.7:7447 ")):
         assert words + f"$ROBOTONT_{name.upper()}_ARGUMENTS\n" in units[name].read_text()
         assert f"\nROBOTONT_{name.upper()}_ARGUMENTS=\n" in (tmp_path / "etc/robotont/robot.conf").read_text()
         assert (tmp_path / SYSTEMD / "multi-user.target.wants" / units[name].name).is_symlink()
@@ -38,8 +39,8 @@ def test_a_service_of_another_driver_is_kept_beside_each_time(tmp_path):
     for number in (1, 2):
         theirs.write_text(f"[Service]\nExecStart=/theirs {number}\n")
         said = [install_robot("--root", tmp_path).stdout for _ in range(2)]
-        assert [f"robotont.service was another's: kept as robotont.service.before{number}\n" in one for one in said] == [
-            True, False]
+        words = f"robotont.service was another's: kept as robotont.service.before{number}\n"
+        assert [words in one for one in said] == [True, False]
     install_robot("--root", tmp_path, "--remove")
     kept = [theirs.with_name(f"robotont.service.before{number}").read_text() for number in (1, 2)]
     assert kept == ["[Service]\nExecStart=/theirs 1\n", "[Service]\nExecStart=/theirs 2\n"]

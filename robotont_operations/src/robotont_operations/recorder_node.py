@@ -69,7 +69,7 @@ class RecorderNode:
                 self._written += len(records) - left_out
                 self._trouble = ""
                 if left_out:
-                    self._drop(left_out, "of types that are unknown here, or of a second type on a topic")
+                    self._drop(left_out, "of types that nobody explains, or of a second type on a topic")
             except Exception as error:  # whatever it is: the next second shall be recorded
                 self._trouble = (f"cannot write to {self._box.folder}: {type(error).__name__}: {error}: is there room, "
                                  "and may this user write there?")

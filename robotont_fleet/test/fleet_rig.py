@@ -31,19 +31,13 @@ class Rig(Processes):
         super().__init__()
         self.router_port, self.port = free_port(), free_port()
         self.home = self.folder / "home"
-        self.page, self.router, self._client = None, None, LoopClient(self.port)  # router: where the page has none
+        self.page, self._client = None, LoopClient(self.port)
         self.robots = {}
 
     def start_page(self, *arguments):
         self.page = self.start(places.program("robotont_fleet", "fleet"), "--port", self.port, "--router-port",
                                self.router_port, *arguments, log=self.folder / "page.log", ROS_HOME=str(self.home))
         wait_for(self.answers, "the page", PATIENCE)
-
-    def start_router(self):
-        self.router = self.start(sys.executable, "-c", f"""import signal
-from robotont_fleet.zenoh_setup import open_session, router_settings
-with open_session(router_settings("127.0.0.1", {self.router_port})):
-    signal.pause()""")
 
     def answers(self):
         assert self.page.poll() is None, (self.folder / "page.log").read_text()

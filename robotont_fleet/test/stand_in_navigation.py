@@ -1,4 +1,4 @@
-"""A node beside a robot: drives at 0.2 m/s, has a place on a map, a battery, and a move_base that is told to arrive.
+"""A node beside a robot: drives at 0.2 m/s, has a place on a map, a battery, and takes goals as move_base does.
 
 stand_in_navigation.py LOG: writes a line for each goal and each cancel. SIGUSR1: a person beside the robot releases the
 emergency stop. SIGUSR2: the battery is empty, and with the next one it is full again.
@@ -7,11 +7,9 @@ emergency stop. SIGUSR2: the battery is empty, and with the next one it is full 
 import signal
 import sys
 
-import actionlib
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
-from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -21,26 +19,9 @@ rospy.init_node("move_base")
 LOG = open(sys.argv[1], "a", buffering=1)  # noqa: SIM115
 
 
-def follow(goal):
-    while not rospy.is_shutdown() and not server.is_preempt_requested():
-        rospy.sleep(0.02)
-    server.set_preempted()
-    LOG.write(f"left {goal.target_pose.pose.position.x:g}\n")
-
-
-def on_goal(message):
-    LOG.write(f"goal {message.pose.position.x:g} {message.pose.position.y:g}\n")
-    goal = MoveBaseActionGoal()
-    goal.header.stamp = rospy.Time.now()
-    goal.goal.target_pose = message
-    action_goals.publish(goal)
-
-
-server = actionlib.SimpleActionServer("move_base", MoveBaseAction, follow, auto_start=False)
-action_goals = rospy.Publisher("move_base/goal", MoveBaseActionGoal, queue_size=1)
-rospy.Subscriber("move_base_simple/goal", PoseStamped, on_goal)
+rospy.Subscriber("move_base_simple/goal", PoseStamped, lambda message: LOG.write(
+    f"goal {message.pose.position.x:g} {message.pose.position.y:g}\n"))
 rospy.Subscriber("move_base/cancel", GoalID, lambda message: LOG.write(f"cancel {message.id}\n"))
-server.start()
 transforms = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
 battery = rospy.Publisher("battery", BatteryState, queue_size=1)
 commands = rospy.Publisher("cmd_vel", Twist, queue_size=1)

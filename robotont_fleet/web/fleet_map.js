@@ -1,9 +1,9 @@
-// All robots on one map, each a disc with what tells its name from the others.
+// All robots on one map, each a disc with the number of its name.
 import {Floor, at} from "./floor_svg.js";
 
 const MARGIN = 1, LEAST = 4;      // [m] around the robots; the smallest ground
 const RADIUS = 13, BODY = 0.15;   // [px, m] the least of a disc
-const LETTERS = 3;                // in a disc
+const LETTERS = 3;                // in a disc, of a name without a number
 
 export class FleetMap extends Floor {
   // view: of the server; chosen(robot): whether it waits for a place to go to
@@ -23,7 +23,6 @@ export class FleetMap extends Floor {
       (found) => [Math.floor(Math.min(...found)), Math.ceil(Math.max(...found))]);
     const scale = Math.min(width / Math.max(LEAST, x1 - x0), height / Math.max(LEAST, y1 - y0));
     this.show((x0 + x1) / 2, (y0 + y1) / 2, scale);
-    const alike = lettersAlike(all.map((robot) => robot.name));
     const radius = Math.max(RADIUS / scale, BODY);
     this.part("robots").replaceChildren(...robots.map((robot) => {
       const [x, y, yaw] = robot.pose, place = this.part("place").cloneNode(true);
@@ -32,17 +31,8 @@ export class FleetMap extends Floor {
       place.classList.add(robot.present ? "here" : "gone", robot.stopped ? "stopped" : chosen(robot) ? "chosen" : "free");
       title.textContent = robot.name;
       body.setAttribute("transform", `${at([0, 0, yaw])} scale(${radius})`);
-      name.textContent = robot.name.slice(alike, alike + LETTERS);
+      name.textContent = /[0-9]{1,3}$/.exec(robot.name)?.[0] ?? robot.name.slice(0, LETTERS);
       return place;
     }));
   }
-}
-
-// How many letters all names have alike before their numbers; 0 where that is all of a name
-function lettersAlike(names) {
-  let alike = 0;
-  while (/[^0-9]/.test(names[0]?.[alike] ?? "0") && names.every((name) => name[alike] === names[0][alike])) {
-    alike++;
-  }
-  return names.some((name) => name.length === alike) ? 0 : alike;
 }

@@ -27,9 +27,7 @@ from robotont_fleet.known_robots import Fleet
 from robotont_fleet.messages import NONE, read_state, read_values
 from robotont_fleet.zenoh_setup import (
     ABSENT,
-    TEACHER,
     add_users,
-    client_settings,
     endpoint,
     open_session,
     read_users,
@@ -52,13 +50,6 @@ def port(text):
     return int(text)
 
 
-def router(text):
-    """An address as zenoh writes it. Raises ArgumentTypeError."""
-    if text and not re.fullmatch(r"(tcp|tls)/[\w.:%\[\]-]+:[0-9]{1,5}", text):
-        raise argparse.ArgumentTypeError(f"found {text!r}, allowed: tcp/ADDRESS:PORT or tls/ADDRESS:PORT")
-    return text
-
-
 def arguments(given=None):
     """Of the command line."""
     parser = CommandLine(prog="./robotont fleet", description=__doc__,
@@ -66,8 +57,6 @@ def arguments(given=None):
     parser.add_argument("--network", action="store_true", help="other computers may come, with token and passwords")
     parser.add_argument("--port", type=port, default=8110, help="of the page [8110]")
     parser.add_argument("--router-port", type=port, default=7447, help="of the router, to which robots connect [7447]")
-    parser.add_argument("--router", type=router, default="",
-                        help="another router to use, as zenoh writes it: tcp/ADDRESS:7447")
     parser.add_argument("--map", default="", help="the map that the robots share: map_server's .yaml")
     parser.add_argument("--certificate", default="",
                         help="TLS certificate and private key, one file: the page by https, the robots by tls/")
@@ -102,13 +91,11 @@ def page_files():
 
 
 def zenoh_settings(options):
-    """For the router, or for a client of another one. Raises SetUpError where the network would stand open."""
+    """For the router. Raises SetUpError where the network would stand open."""
     try:
         users = read_users(users_file())
     except (OSError, ValueError) as error:
         raise SetUpError(str(error)) from None
-    if options.router:
-        return client_settings(options.router, TEACHER, users.get(TEACHER, ""))
     host = "0.0.0.0" if options.network else "127.0.0.1"
     if options.network and not users:
         raise SetUpError("--network: no robot has a password: ./robotont fleet --add ROBOT ... makes them")
@@ -212,7 +199,7 @@ async def serve(options, session):
     url = server.listen(address, options.port, options.certificate)
     print(f"all robots on one page: {url}", *invitation(url, access, sys.stdout.isatty()), sep="\n")
     router = endpoint(own_address() if options.network else address, options.router_port, options.certificate)
-    print(f"robots connect to {options.router or router}", flush=True)
+    print(f"robots connect to {router}", flush=True)
     stops = loop.create_task(server.repeat_stops())
     await asyncio.wait([stops, loop.create_task(ended.wait())], return_when=asyncio.FIRST_COMPLETED)
     if stops.done():

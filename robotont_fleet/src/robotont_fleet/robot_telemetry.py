@@ -7,7 +7,6 @@ import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import String
-from tf2_msgs.msg import TFMessage
 
 from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.robots.battery import EMPTY
@@ -66,15 +65,15 @@ class RobotTelemetry(RobotReports):
         self.emergency_stop.release()
         return ""
 
-    def cancel(self, message=None):
-        """Take back the goal that a GoalID names, or all."""
-        self._cancels.publish(message or GoalID())
+    def cancel(self):
+        """Take back all goals."""
+        self._cancels.publish(GoalID())
 
-    def goal(self, message):
-        """Send the robot to a PoseStamped on the map; returns why not, or ""."""
-        place, turn = message.pose.position, message.pose.orientation
-        if not all(map(math.isfinite, (place.x, place.y, turn.x, turn.y, turn.z, turn.w))):
-            return "goal refused: it is no place"
+    def goal(self, x, y):
+        """Send the robot to (x, y) [m] on the map, where it looks as it looks now; returns why not, or ""."""
+        frame, pose = self._pose()
+        if frame != "map":
+            return "goal refused: the robot does not know its place on a map"
         if self.emergency_stop.pressed:
             return "goal refused: the emergency stop is pressed"
         charge = self.newest_charge
@@ -82,20 +81,13 @@ class RobotTelemetry(RobotReports):
             return "goal refused: the battery is empty"
         if not self._goals.get_num_connections():
             return "goal refused: no navigation runs"
-        self._goals.publish(message)
-        return ""
-
-    def goal_at(self, x, y):
-        """As `goal`, for (x, y) [m] on the map; the robot looks in the end as it looks now."""
-        frame, pose = self._pose()
-        if frame != "map":
-            return "goal refused: the robot does not know its place on a map"
         message = PoseStamped()
         message.header.frame_id = frame
         message.header.stamp = rospy.Time.now()
         message.pose.position.x, message.pose.position.y = x, y
         message.pose.orientation.z, message.pose.orientation.w = math.sin(pose[2] / 2), math.cos(pose[2] / 2)
-        return self.goal(message)
+        self._goals.publish(message)
+        return ""
 
     # For the fleet
 
@@ -105,11 +97,6 @@ class RobotTelemetry(RobotReports):
         stop = self.emergency_stop
         return {**self.summary, "frame": frame, "pose": rounded(pose, 3), "driver": stop.has_driver, "page": self._page,
                 "stopped": stop.pressed_by if stop.has_driver else ""}
-
-    def transforms(self):
-        """TFMessage of the frames between base_link and the outermost one, in the names of free_fleet; or None."""
-        links = self._frames.named(self._base, boot_time())
-        return TFMessage(links) if links else None
 
     def _pose(self):
         return self._frames.pose(self._base, boot_time())

@@ -1,21 +1,9 @@
-"""Names under which robots of a fleet talk to each other over zenoh; free of network.
-
-A ROS topic has the key that zenoh-bridge-ros1 and free_fleet's adapter for ROS 1 robots give it: the message type in
-hexadecimal, its MD5, the robot, the topic; the payload is the message as ROS 1 serialises it.
-"""
+"""Names under which robots of a fleet talk to each other over zenoh; free of network."""
 
 import re
 
-from actionlib_msgs.msg import GoalID, GoalStatusArray
-from geometry_msgs.msg import PoseStamped
-from sensor_msgs.msg import BatteryState
-from tf2_msgs.msg import TFMessage
-
-TF, BATTERY, STATUS = ("tf", TFMessage), ("battery_state", BatteryState), ("move_base/status", GoalStatusArray)
-GOAL, CANCEL = ("move_base_simple/goal", PoseStamped), ("move_base/cancel", GoalID)
-OUT, IN = (TF, BATTERY, STATUS), (GOAL, CANCEL)
 TEACHER = "teacher"  # the user whose orders robots obey; nobody's name
-OWN = "robotont"  # beginning of the keys that free_fleet does not know
+OWN = "robotont"  # beginning of all keys
 
 
 def check_name(name):
@@ -23,12 +11,6 @@ def check_name(name):
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,40}", name) or name.lower() == TEACHER:
         raise ValueError(f"name of a robot: found {name!r}, allowed: up to 41 letters, digits and _ . -; not {TEACHER}")
     return name
-
-
-def ros_key(topic, robot):
-    """Key of a topic of TF ... CANCEL."""
-    name, message = topic
-    return f"{message._type.encode().hex()}/{message._md5sum}/{robot}/{name}"
 
 
 def state_key(robot="*"):
@@ -58,4 +40,4 @@ def robot_of(key):
 
 def keys_of(robot):
     """All keys of a robot, for access control."""
-    return [f"{OWN}/{robot}/**", *(ros_key(topic, robot) for topic in (*OUT, *IN))]
+    return [f"{OWN}/{robot}/**"]

@@ -28,12 +28,11 @@ ROOM = 1 << 16        # [bytes] that wait in a connection: behind more a stop wo
 COMMON = {"transport/link/rx/max_message_size": LARGEST,
           **{f"transport/link/{link}/so_{way}buf": ROOM for link in ("tcp", "tls") for way in ("snd", "rcv")},
           "scouting/multicast/enabled": False, "scouting/gossip/enabled": False, "transport/link/tx/lease": LEASE,
-          "transport/link/tx/queue/congestion_control/block/wait_before_close": JAM,
-          "transport/link/tx/queue/congestion_control/drop/wait_before_drop": JAM}  # of free_fleet, see `send`
+          "transport/link/tx/queue/congestion_control/block/wait_before_close": JAM}
 
 
 def client_settings(router, user="", password=""):
-    """Settings of a robot, or of a page beside a router: it reconnects for ever, and keeps nothing meanwhile.
+    """Settings of a robot: it reconnects for ever, and keeps nothing meanwhile.
 
     Without classes of priority all that comes over a connection comes in the order in which the router has sent it.
     """

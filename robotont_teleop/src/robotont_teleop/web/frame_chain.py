@@ -4,7 +4,6 @@ tf2 would hold a place of before until the clock has come there again.
 """
 
 import math
-from copy import deepcopy
 
 import numpy as np
 import rospy
@@ -64,16 +63,6 @@ class FrameChain:
             rotation, place = turn.dot(rotation), np.add(turn.dot(place), (step.x, step.y, step.z))
             frame = transform.header.frame_id
         return self._plain(frame), (rotation, place)
-
-    def named(self, frame, now):
-        """The transforms of `links`, without the prefix; fixed ones get the stamp of those that move."""
-        links = deepcopy(self.links(frame, now))
-        for transform, fixed in links:
-            transform.header.frame_id = self._plain(transform.header.frame_id)
-            transform.child_frame_id = self._plain(transform.child_frame_id)
-            if fixed:
-                transform.header.stamp = max(other.header.stamp for other, _ in links)
-        return [transform for transform, _ in links]
 
     def _plain(self, frame):
         frame = frame.lstrip("/")

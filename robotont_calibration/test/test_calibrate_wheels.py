@@ -150,7 +150,6 @@ def test_a_run_that_determines_nothing_and_has_a_gap_is_named_and_not_written(ru
     (["{0}=1,2"], "found '1,2', allowed: X,Y,YAW of the end"),
     (["{0}=1,2,north"], "found '1,2,north'"),
     (["{0}"], "found no true pose"),
-    (["{0}=1,2,3", "--point", "1"], "found '1', allowed: free or X,Y [m]"),
     (["--guide", "a", "--side", "-1"], "found '-1', allowed: a number > 0"),
 ])
 def test_bad_input(arguments, words, runs, tmp_path, capsys):
@@ -210,15 +209,6 @@ def test_one_kind_of_drives_is_warned_of_and_stated_to_be_less_certain(optiodom,
     assert "the runs are of one kind" in error
     change, deviation = re.search(r"wheelDistanceFromCenter +m .* ([-+][\d.]+)% +([\d.]+)%", output).groups()
     assert abs(float(change) + 2.39) < 2 * float(deviation)
-
-
-@pytest.mark.nightly
-def test_a_point_that_the_runs_contradict_is_refused(optiodom, tmp_path, capsys):
-    """The marker is 41 mm off the middle: a calibration would be worse than none."""
-    assert of_optiodom(tmp_path, optiodom.glob("*"), "--point", "0,0") == (4, None)
-    error = capsys.readouterr().err
-    assert "by the runs the measured point is -0.0" in error
-    assert "nothing is written" in error
 
 
 def test_a_run_is_kept_when_its_user_quits_at_the_question(tmp_path, monkeypatch, capsys):

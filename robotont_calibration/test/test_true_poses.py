@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from synthetic_runs import TAPE, TRACKED, drives, recorded, true_of
 
-from robotont_calibration.calibrate_wheels import TAPED, WHEEL_NOISE, contradictions, parse
+from robotont_calibration.calibrate_wheels import TAPED, WHEEL_NOISE, contradictions
 from robotont_calibration.calibration_runs import misfits, taped_run, tracked_run
 from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.trajectory import Trajectory
@@ -74,10 +74,7 @@ def judged(runs):
     """(`Calibration`, reasons not to write it)."""
     free = FreeParameters(SHIPPED)
     found = calibrate(SHIPPED, runs, free, WHEEL_NOISE)
-    return found, contradictions(OPTIONS, SHIPPED, runs, free, found)
-
-
-OPTIONS = parse(["--wheel-params", "old.yaml", "run"])
+    return found, contradictions(SHIPPED, runs, free, found)
 
 
 SHORT = ("right", "yaw is in radians where degrees are asked for", "x, y times 1, -1")

@@ -9,7 +9,7 @@ from PIL import Image
 
 from robotont_demo.demo import parse
 from robotont_demo.picture import draw
-from robotont_demo.recording import TimedPoses, distances, end_error, obeys, off_path
+from robotont_demo.recording import TimedPoses, distances, end_error, obeys
 from robotont_demo.scenario import PERIOD, commanded_path, plan
 
 
@@ -32,11 +32,6 @@ def test_poses_are_compared_at_the_stamps_of_the_odometry():
     truth = TimedPoses(np.array([10.0, 12.0, 13.0]), np.array([(0, 0, 0), (2, 0, 0), (2, 1, 0)], float))
     odometry = TimedPoses(np.array([11.0, 12.5, 14.0]), np.array([(1, 0.3, 0), (2, 0.5, 0), (2.3, 1.4, 0)]))
     np.testing.assert_allclose(distances(odometry, truth), [0.3, 0.0, 0.5], atol=1e-12)
-
-
-def test_off_the_path_is_across_it_and_not_along_it():
-    truth = TimedPoses(np.arange(3.0), np.array([(0.5, 0.1, 0), (1.2, 0.9, 0), (-0.3, 0, 0)], float))
-    np.testing.assert_allclose(off_path(np.array([(0, 0), (1, 0), (1, 0), (1, 2)], float), truth), [0.1, 0.2, 0.3])
 
 
 def test_the_error_at_the_end_is_modulo_full_turns():

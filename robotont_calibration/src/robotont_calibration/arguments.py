@@ -29,11 +29,6 @@ def coordinates(text):
     return numbers(text, 2, "X,Y [m]")
 
 
-def point(text):
-    """"free", or (x, y) [m] of "X,Y". Raises ArgumentTypeError."""
-    return text if text == "free" else numbers(text, 2, "free or X,Y [m]")
-
-
 def read_end(text):
     """(x [m], y [m], yaw [rad]) of X,Y,YAW in m, m and degrees. Raises ArgumentTypeError."""
     x, y, yaw = numbers(text, 3, "X,Y,YAW of the end, seen from the start [m, m, degrees]")

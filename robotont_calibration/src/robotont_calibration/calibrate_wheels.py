@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from robotont_calibration.arguments import point, positive, read_end
+from robotont_calibration.arguments import positive, read_end
 from robotont_calibration.calibration_report import table
 from robotont_calibration.calibration_runs import taped_run, tracked_run, turns
 from robotont_calibration.free_parameters import FreeParameters
@@ -27,8 +27,6 @@ WHEEL_NOISE = 0.003                   # [m] after 1 m, to begin with; the table 
 NOWHERE = (0.0, 0.0)                  # [m] the default measured point: the robot's middle
 DOUBTFUL = 3                          # exit status of a calibration with a warning, and ...
 USELESS = 4                           # ... of one that is not written
-SURE = 4.0                            # standard deviations, and ...
-NEAR = 0.005                          # ... [m] by which a point that was given may differ from that of the runs
 
 
 def parse(arguments):
@@ -50,9 +48,6 @@ def parse(arguments):
     parser.add_argument("--force", action="store_true", help="overwrite the output")
     parser.add_argument("--angles", choices=("each", "fixed"), default="each",
                         help="fixed: the directions stay, and the radii get one factor (default: %(default)s)")
-    parser.add_argument("--point", type=point, metavar="POINT", help=(
-        "the measured point: free (estimated), or X,Y in base_link [m]; 0,0: the middle "
-        "(default: free where the runs turn)"))
     parser.add_argument("--truth", metavar="TOPIC", help="ground truth in bags, or while guiding")
     parser.add_argument("--packets", metavar="TOPIC", default="serial_read", help="default: %(default)s")
     guide = parser.add_argument_group("guided runs (a ROS master and a running robot)")
@@ -115,7 +110,7 @@ def run(options):
     runs = [read_run(recorded, wheels, topics) for recorded in options.runs]
     free, found = choose(options, given, runs)
     print(table(given, found, runs))
-    spoilt = contradictions(options, given, runs, free, found)
+    spoilt = contradictions(given, runs, free, found)
     warnings = doubts(found) + spoilt
     for words in warnings:
         print(f"warning: {words}", file=sys.stderr)
@@ -153,7 +148,7 @@ def doubts(found):
     return words
 
 
-def contradictions(options, given, runs, free, found):
+def contradictions(given, runs, free, found):
     """Reasons why a `Calibration` with `FreeParameters` may be worse than the file that there is."""
     words = wrong_yaw(given, runs, free, WHEEL_NOISE)[:1]
     if words:
@@ -161,14 +156,6 @@ def contradictions(options, given, runs, free, found):
     words = implausible(found, free)
     if {name for name in found.names if not name.startswith("point")} <= set(found.undetermined):
         words.append("these runs determine nothing of the wheels")
-    if options.point not in (None, "free") and turns(runs):
-        radius = "each" if "wheelRadius[0]" in found.names else "common"
-        freed = calibrate(given, runs, FreeParameters(given, radius, options.angles, "free"), WHEEL_NOISE)
-        off = np.subtract(freed.point, found.point)
-        if np.hypot(*off) > NEAR and off @ np.linalg.solve(freed.covariance[-2:, -2:], off) > SURE ** 2:
-            x, y = freed.point
-            words.append(f"by the runs the measured point is {x:.3f},{y:.3f}, {1000 * np.hypot(*off):.0f} mm from the "
-                         "one that was given: measure it again, or take --point free")
     return words
 
 
@@ -181,7 +168,7 @@ def rounded(value):
 
 def choose(options, given, runs):
     """(`FreeParameters`, `Calibration`) by the options; of what they leave open, what the runs make likelier."""
-    where = options.point or ("free" if turns(runs) else tuple(given.get("measuredPoint", NOWHERE)))
+    where = "free" if turns(runs) else tuple(given.get("measuredPoint", NOWHERE))
     radii = ("common", "each") if options.angles == "each" else ("common",)  # an angle that is off would pass for radii
     models = [FreeParameters(given, radius, options.angles, where) for radius in radii]
     return min(((free, calibrate(given, runs, free, WHEEL_NOISE)) for free in models),

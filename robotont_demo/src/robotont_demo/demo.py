@@ -16,7 +16,7 @@ from std_msgs.msg import Float32
 from robotont_bringup.stack import scratch, stack
 from robotont_demo.drive import drive, wait_for
 from robotont_demo.picture import draw
-from robotont_demo.recording import Recorder, end_error, off_path, timed
+from robotont_demo.recording import Recorder, end_error, timed
 from robotont_demo.scenario import commanded_path, plan
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
@@ -64,22 +64,20 @@ def run(options):
         recorder.end()
     odometry, truth = timed(recorder.odometry), timed(recorder.truth)
     error = end_error(odometry, truth)
-    path = commanded_path(steps)
-    for what, value in figures(recorder.link, off_path(path, truth).max(), error, allowed):
+    for what, value in figures(recorder.link, error, allowed):
         print(f"  {what:<42} {value}")
-    draw(path, odometry, truth, allowed[0], f"the simulator, robot {options.robot.folder.name}", options.picture)
+    draw(commanded_path(steps), odometry, truth, allowed[0], f"the simulator, robot {options.robot.folder.name}", options.picture)
     print(f"picture: {options.picture}")
     return all(found < most for found, most in zip(error, allowed))
 
 
-def figures(link, across, error, allowed):
-    """Rows (what, value) from the link's diagnostics, [m] off the path and the errors at the end ([m], [rad])."""
+def figures(link, error, allowed):
+    """Rows (what, value) from the link's diagnostics and the errors at the end ([m], [rad])."""
     return [
         ("packets written to the line", link["packets written"]),
         ("packets published on serial_read", link["packets published"]),
         ("  lines that the demo has spoilt, dropped", link["lines dropped"]),
         ("  periods repaired from the totals", link["periods repaired"]),
-        ("truth off the path of the commands, at most", f"{across * 1000:.1f} mm"),
         ("end pose, odometry against truth", f"{error[0] * 1000:.2f} mm, {math.degrees(error[1]):.3f} deg"),
         ("  allowed", f"{allowed[0] * 1000:g} mm, {math.degrees(allowed[1]):g} deg"),
     ]

@@ -7,7 +7,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from robotont_demo.recording import distances, off_path
+from robotont_demo.recording import distances
 
 TRUTH, COMMAND, ODOMETRY, START = "#b8d4e8", "#7a7a7a", "#1f4e79", "#2e7d32"
 ARROWS = 60  # poses from one arrow to the next
@@ -41,8 +41,7 @@ def draw_paths(axes, commanded, odometry, truth, name):
                    length_includes_head=True, zorder=3)  # above the band of the truth
     axes.plot(0, 0, "o", color=START, markersize=8, label="start", zorder=4)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set(xlabel="x [m]", ylabel="y [m]", title="A square, then a circle while turning\n"
-             f"on {name}, at most {1000 * off_path(commanded, truth).max():.1f} mm off the command")
+    axes.set(xlabel="x [m]", ylabel="y [m]", title=f"A square, then a circle while turning\non {name}")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncol=4, fontsize=8, frameon=False)
 
 

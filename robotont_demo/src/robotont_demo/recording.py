@@ -29,14 +29,6 @@ def distances(odometry, truth):
     return np.hypot(odometry.poses[:, 0] - x, odometry.poses[:, 1] - y)
 
 
-def off_path(commanded, truth):
-    """(N,) [m] of each true place from the nearest one of the commanded path (K x 2)."""
-    begin, step = commanded[:-1], np.diff(commanded, axis=0)
-    ways = truth.poses[:, None, :2] - begin
-    parts = np.sum(ways * step, axis=2) / np.maximum(np.sum(step ** 2, axis=1), 1e-12)
-    return np.min(np.hypot(*np.moveaxis(ways - np.clip(parts, 0.0, 1.0)[..., None] * step, 2, 0)), axis=1)
-
-
 def end_error(odometry, truth):
     """([m], [rad]) between the last poses of the two."""
     x, y, yaw = odometry.poses[-1] - truth.poses[-1]

@@ -6,6 +6,9 @@ import sys
 from pathlib import Path
 
 import pytest
+import rosbag
+import rospy
+from std_msgs.msg import String
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = {
@@ -24,8 +27,10 @@ PROGRAMS = {
 ], ids=["missing", "latin_1", "two_wheels"])
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda program: Path(program).name)
 def test_a_wrong_wheel_file(program, content, words, tmp_path, monkeypatch, capsys):
-    file, drive = tmp_path / "wheel_params.yaml", tmp_path / "drive.csv"
-    drive.write_text("time,m0,m1,m2\n0.00,1,2,3\n0.02,1,2,3\n")
+    file, drive = tmp_path / "wheel_params.yaml", tmp_path / "drive.bag"
+    with rosbag.Bag(str(drive), "w") as bag:
+        for second in (1, 2):
+            bag.write("serial_read", String("1:2:3;"), rospy.Time(second))
     if content is not None:
         file.write_bytes(content)
     names = {"FILE": str(file), "FOLDER": str(tmp_path), "DRIVE": str(drive)}

@@ -83,7 +83,8 @@ class GuideTest(Guide):
         output += process.communicate(timeout=60)[0].decode()
         self.assertNotIn("Traceback", output)
         self.assertEqual(process.returncode, 4, output)  # one spin determines neither radius nor distance
-        self.assertEqual(len(kept.read_text().split()), 1)
+        self.assertEqual(kept.read_text().split()[:2], ["--packets=serial_read", "--truth=odom"])
+        self.assertEqual(len(kept.read_text().split()), 3)
         self.assertFalse((self.processes.folder / "new.yaml").exists())
 
 
@@ -112,7 +113,7 @@ class NightlyGuideTest(Guide):
         # the board's motors are ideal, so the old parameters are right but for what the tape leaves open
         self.assertAlmostEqual(found["wheelRadius"], 0.035, delta=0.0005)
         self.assertAlmostEqual(found["wheelDistanceFromCenter"], 0.125, delta=0.002)
-        self.assertEqual(len((folder / "runs" / "runs.txt").read_text().split()), 2)
+        self.assertEqual(len((folder / "runs" / "runs.txt").read_text().split()), 3)
         self.assertFalse(any(self.board.speeds))
 
     def test_what_cannot_begin_says_why(self):

@@ -3,6 +3,10 @@
 import math
 
 import numpy as np
+import rosbag
+import rospy
+from geometry_msgs.msg import PoseStamped
+from std_msgs.msg import String
 
 from robotont_calibration.calibration_runs import taped_run, tracked_run
 from robotont_calibration.trajectory import Trajectory
@@ -61,3 +65,18 @@ def taped_runs(parameters, seed=0, noise=NOISE, names=None):
         x, y, yaw = se2.between((0.0, 0.0, turn), poses[-1])
         found.append(taped_run(names[index] if names else str(index), counts, (x + along, y + across, yaw), TAPE))
     return found
+
+
+def write_run(path, counts, poses=(), times=None):
+    """A bag of packets, and where there are poses, of a ground truth on the topic truth. times: [s] of each."""
+    times = [1000.0 + at for at in (PERIOD * np.arange(1, len(counts) + 1) if times is None else times)]
+    with rosbag.Bag(str(path), "w") as bag:
+        for at, packet in zip(times, np.asarray(counts).tolist()):
+            text = ":".join(f"{count:.3f}" for count in packet) + ";\n"
+            bag.write("serial_read", String(text), rospy.Time.from_sec(at))
+        for at, (x, y, yaw) in zip(times, np.asarray(poses).tolist()):
+            message = PoseStamped()
+            message.header.stamp = rospy.Time.from_sec(at)
+            message.pose.position.x, message.pose.position.y = x, y
+            message.pose.orientation.z, message.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+            bag.write("truth", message, message.header.stamp)

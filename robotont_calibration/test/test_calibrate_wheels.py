@@ -11,14 +11,15 @@ import numpy as np
 import pytest
 import rospy
 import yaml
-from synthetic_runs import TAPE, TRACKED, drives, recorded, true_of
+from std_msgs.msg import String
+from synthetic_runs import TAPE, TRACKED, drives, recorded, true_of, write_run
 
 from robotont_calibration import calibration_guide
 from robotont_calibration.calibrate_wheels import WHEEL_NOISE, main, read_run
 from robotont_calibration.calibration_runs import errors_along
 from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.odometry_report import main as odometry_report
-from robotont_calibration.recording_files import read_recording, write_csv
+from robotont_calibration.recording_files import read_recording
 from robotont_calibration.recordings import Recording
 from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.kinematics import se2
@@ -27,6 +28,7 @@ from robotont_testing.robots import SHIPPED, WHEEL_PARAMS
 from robotont_testing.simulated_wheels import PERIOD
 
 OPTIODOM = Path(__file__).parent / "data" / "optiodom"  # an excerpt: drives of a real robot
+TOPICS = {"packets": "serial_read", "truth": "truth"}
 TRUE = true_of(SHIPPED, 1.02, 0.97, [(1, 1.5)])
 
 
@@ -37,25 +39,21 @@ def runs(tmp_path_factory):
     taped, tracked = [], []
     for number, twists in enumerate(drives()):
         counts, poses = recorded(TRUE, twists, number, TAPE)
-        taped.append(str(folder / f"taped_{number}.csv"))
-        write_csv(taped[-1], packets_of(counts))
+        taped.append(str(folder / f"taped_{number}.bag"))
+        write_run(taped[-1], counts)
         x, y, yaw = poses[-1]
         taped[-1] += f"={x:.3f},{y:.3f},{math.degrees(se2.wrap(yaw)):.1f}"
         counts, poses = recorded(TRUE, twists, number, TRACKED)
-        tracked.append(str(folder / f"tracked_{number}.csv"))
-        write_csv(tracked[-1], packets_of(counts), packets_of(poses))
+        tracked.append(str(folder / f"tracked_{number}.bag"))
+        write_run(tracked[-1], counts, poses)
     return taped, tracked
-
-
-def packets_of(values):
-    """[(time, row)] of an array."""
-    return [(PERIOD * index, tuple(row)) for index, row in enumerate(values.tolist(), 1)]
 
 
 def calibrated(folder, *arguments, wheel_params=WHEEL_PARAMS):
     """Exit status and the new parameters."""
     output = folder / "new.yaml"
-    status = main(["--wheel-params", str(wheel_params), "-o", str(output), *map(str, arguments)])
+    truth = [] if any("=" in str(word) for word in arguments) else ["--truth", "truth"]
+    status = main(["--wheel-params", str(wheel_params), "-o", str(output), *truth, *map(str, arguments)])
     return status, yaml.safe_load(output.read_text()) if output.exists() else None
 
 
@@ -65,6 +63,10 @@ def optiodom(tmp_path_factory):
     folder = tmp_path_factory.mktemp("optiodom")
     with tarfile.open(str(OPTIODOM / "runs.tar.xz")) as archive:
         archive.extractall(str(folder))
+    for file in folder.glob("*.csv"):
+        table = np.loadtxt(str(file), delimiter=",", skiprows=1)
+        write_run(file.with_suffix(".bag"), table[:, 1:4], table[:, 4:], table[:, 0])
+        file.unlink()
     return folder
 
 
@@ -102,13 +104,12 @@ def test_a_full_disk_costs_no_older_parameters(runs, tmp_path, monkeypatch, caps
     assert "No space left on device" in capsys.readouterr().err
 
 
-def test_a_gap_in_the_stamps_is_named(runs, tmp_path, capsys):
-    recording, file = read_recording(runs[1][0], {}), tmp_path / "gap.csv"
-    half = len(recording.packets) // 2
-    late = [(at + 3600.0, counts) for at, counts in recording.packets[half:]]
-    write_csv(file, recording.packets[:half] + late, recording.truth)
+def test_a_gap_in_the_stamps_is_named(tmp_path, capsys):
+    (counts, poses), file = recorded(TRUE, drives()[2], 0, TRACKED), tmp_path / "gap.bag"
+    times = PERIOD * np.arange(len(counts))
+    write_run(file, counts, poses, times + 3600.0 * (times > times[-1] / 2))
     assert calibrated(tmp_path, file) == (1, None)
-    assert f"{file}: found a gap of 3600.02 s behind the packet at " in capsys.readouterr().err
+    assert f"{file}: found a gap of 3600.0" in capsys.readouterr().err
 
 
 def test_with_a_tape_only_what_is_asked_for_changes(runs, tmp_path):
@@ -120,22 +121,21 @@ def test_with_a_tape_only_what_is_asked_for_changes(runs, tmp_path):
 
 
 @pytest.mark.nightly
-def test_what_is_worse_than_the_old_file_is_not_written(runs, tmp_path, capsys):
+def test_what_is_worse_than_the_old_file_is_not_written(tmp_path, capsys):
     """Every other run is of a robot whose wheels have turned by 3 % more, or less, than by the old file."""
-    for number, file in enumerate(runs[1]):
-        recording, part = read_recording(file, {}), 1.03 if number % 2 else 0.97
-        write_csv(tmp_path / f"{number}.csv", [(at, [part * count for count in counts])
-                                               for at, counts in recording.packets], recording.truth)
+    for number, twists in enumerate(drives()):
+        counts, poses = recorded(TRUE, twists, number, TRACKED)
+        write_run(tmp_path / f"{number}.bag", counts * (1.03 if number % 2 else 0.97), poses)
     (tmp_path / "old.yaml").write_text(yaml.safe_dump(TRUE))
-    assert calibrated(tmp_path, *sorted(tmp_path.glob("*.csv")), wheel_params=tmp_path / "old.yaml") == (4, None)
+    assert calibrated(tmp_path, *sorted(tmp_path.glob("*.bag")), wheel_params=tmp_path / "old.yaml") == (4, None)
     assert "the runs contradict each other" in capsys.readouterr().err
 
 
 def test_a_run_that_determines_nothing_and_has_a_gap_is_named_and_not_written(runs, tmp_path, capsys):
-    file, _, end = runs[0][2].partition("=")
-    packets = read_recording(file, {}).packets
-    write_csv(tmp_path / "spin.csv", packets[:99] + packets[111:])
-    assert calibrated(tmp_path, f"{tmp_path / 'spin.csv'}={end}") == (4, None)
+    counts, _ = recorded(TRUE, drives()[2], 2, TAPE)
+    left = np.delete(np.arange(len(counts)), np.s_[99:111])
+    write_run(tmp_path / "spin.bag", counts[left], (), PERIOD * left)
+    assert calibrated(tmp_path, f"{tmp_path / 'spin.bag'}={runs[0][2].partition('=')[2]}") == (4, None)
     output, error = capsys.readouterr()
     assert "NOT DETERMINED" in output
     assert "spin: 12 packets are missing or came too late, the longest gap is 0.26 s" in output
@@ -145,11 +145,11 @@ def test_a_run_that_determines_nothing_and_has_a_gap_is_named_and_not_written(ru
 
 @pytest.mark.parametrize("arguments, words", [
     ([], "found neither runs nor --guide"),
-    (["--guide", "a", "b.csv"], "found --guide and recorded runs"),
-    (["nowhere.csv"], "nowhere.csv: no such file"),
+    (["--guide", "a", "b.bag"], "found --guide and recorded runs"),
+    (["nowhere.bag"], "nowhere.bag: no such file"),
     (["{0}=1,2"], "found '1,2', allowed: X,Y,YAW of the end"),
     (["{0}=1,2,north"], "found '1,2,north'"),
-    (["{0}"], "found no true pose"),
+    (["{0}"], "found no topic truth; there are: /serial_read"),
     (["--guide", "a", "--side", "-1"], "found '-1', allowed: a number > 0"),
 ])
 def test_bad_input(arguments, words, runs, tmp_path, capsys):
@@ -162,8 +162,8 @@ def test_bad_input(arguments, words, runs, tmp_path, capsys):
 
 
 def test_packets_of_another_robot_and_parameters_that_are_none(runs, tmp_path, capsys):
-    write_csv(tmp_path / "four.csv", [(0.0, (1, 2, 3, 4))])
-    assert calibrated(tmp_path, f"{tmp_path / 'four.csv'}=0,0,0") == (1, None)
+    write_run(tmp_path / "four.bag", [(1, 2, 3, 4)])
+    assert calibrated(tmp_path, f"{tmp_path / 'four.bag'}=0,0,0") == (1, None)
     assert "found a packet of 4 wheels, allowed: 3" in capsys.readouterr().err
     (tmp_path / "bad.yaml").write_text("wheelAmount: 2\n")
     assert calibrated(tmp_path, *runs[1], wheel_params=tmp_path / "bad.yaml") == (1, None)
@@ -183,7 +183,7 @@ def test_a_real_robot(optiodom, tmp_path, capsys):
     assert after < 0.5 * before
     assert isinstance(written["wheelRadius"], float)
     given = yaml.safe_load((OPTIODOM / "wheel_params.yaml").read_text())
-    runs = [read_run(str(run), read_wheels(given), {}) for run in sorted(optiodom.glob("*"))]
+    runs = [read_run(str(run), read_wheels(given), TOPICS) for run in sorted(optiodom.glob("*"))]
     unseen = []
     for part in (0, 1):
         found = calibrate(given, runs[part::2], FreeParameters(given, point="free"), WHEEL_NOISE)
@@ -193,8 +193,8 @@ def test_a_real_robot(optiodom, tmp_path, capsys):
     assert written["measuredPoint"] == pytest.approx((x, y), abs=5e-5)
     places = []
     for point in ([], ["--point", "0,0"]):  # the file knows the point
-        assert odometry_report([str(optiodom / "square_1.csv"), "--wheel-params", str(tmp_path / "new.yaml"),
-                                "-o", str(tmp_path / "b.png"), *point]) == 0
+        assert odometry_report([str(optiodom / "square_1.bag"), "--wheel-params", str(tmp_path / "new.yaml"),
+                                "--truth", "truth", "-o", str(tmp_path / "b.png"), *point]) == 0
         places.append(float(re.search(r"mean square +([\d.]+) mm", capsys.readouterr().out)[1]))
     assert places[0] < 0.7 * places[1]
 
@@ -212,13 +212,12 @@ def test_one_kind_of_drives_is_warned_of_and_stated_to_be_less_certain(optiodom,
 
 
 def test_a_run_is_kept_when_its_user_quits_at_the_question(tmp_path, monkeypatch, capsys):
-    robot = SimpleNamespace(_recording=SimpleNamespace(packets=[(0.0, (1, 2, 3)), (0.02, (1, 2, 3))]), _frequency=50,
-                            _with_truth=False)
+    robot = SimpleNamespace(_messages=[("serial_read", String("1:2:3;"), 1.0)], _with_truth=False)
     monkeypatch.setattr("builtins.input", unittest.mock.Mock(side_effect=KeyboardInterrupt))
     with pytest.raises(KeyboardInterrupt):
-        calibration_guide._Robot.save(robot, tmp_path / "spin.csv")
-    assert (tmp_path / "spin.csv").exists()
-    assert f"RUN {tmp_path / 'spin.csv'}=X,Y,YAW" in capsys.readouterr().out
+        calibration_guide._Robot.save(robot, tmp_path / "spin.bag")
+    assert len(read_recording(tmp_path / "spin.bag", {"packets": "serial_read"}).packets) == 1
+    assert f"RUN {tmp_path / 'spin.bag'}=X,Y,YAW" in capsys.readouterr().out
 
 
 def test_the_robot_that_is_driven_is_the_one_whose_packets_are_recorded(monkeypatch):
@@ -227,7 +226,7 @@ def test_the_robot_that_is_driven_is_the_one_whose_packets_are_recorded(monkeypa
     monkeypatch.setattr(rospy, "resolve_name", lambda name: name if name[0] == "/" else "/robot1/" + name)
     monkeypatch.setattr(rospy, "Publisher", lambda topic, *_, **__: topics.append(rospy.resolve_name(topic)))
     monkeypatch.setattr(rospy, "Subscriber",
-                        lambda _topic, _kind, take, *name, **_: take(SimpleNamespace(data="1:2:3;"), *name))
+                        lambda _topic, _kind, take, *source, **_: take(SimpleNamespace(data="1:2:3;"), *source))
     monkeypatch.setattr(rospy, "get_time", lambda: 0.0)
     for packets in ("/robot2/serial_read", "serial_read", "/serial_read"):
         calibration_guide._Robot(SimpleNamespace(packets=packets, truth=None), read_wheels(SHIPPED))
@@ -242,19 +241,21 @@ def test_a_second_session_in_a_folder_keeps_the_runs_of_the_first(tmp_path, monk
         robot = unittest.mock.Mock(record=lambda _: "")
         robot.save = lambda file: file.write_text(answers) and f"={answers.count('s')},0,0"
         monkeypatch.setattr(calibration_guide, "_Robot", lambda *_: robot)
-        made = calibration_guide.guide(SimpleNamespace(guide=str(tmp_path), side=1.0, turns=1.0, line=1.0),
+        made = calibration_guide.guide(SimpleNamespace(guide=str(tmp_path), side=1.0, turns=1.0, line=1.0,
+                                                            packets="serial_read", truth=None),
                                        read_wheels(SHIPPED))
-        return [Path(run).name for run in made], (tmp_path / "runs.txt").read_text().split("\n")[:-1]
+        topics, *lines = (tmp_path / "runs.txt").read_text().split("\n")[:-1]
+        return [Path(run).name for run in made], lines
     monkeypatch.setattr(calibration_guide, "init_tool", lambda _: None)
     monkeypatch.setattr(calibration_guide, "_refuse_another_robot", lambda *_: None)
     first, kept = session("  qn")
-    assert (first, kept) == (["square.csv=0,0,0", "square_clockwise.csv=0,0,0"], [f"{tmp_path}/{run}" for run in first])
+    assert (first, kept) == (["square.bag=0,0,0", "square_clockwise.bag=0,0,0"], [f"{tmp_path}/{run}" for run in first])
     second, both = session("s  q")
-    assert (second, both) == (["square_clockwise_2.csv=1,0,0", "spin.csv=1,0,0"],
+    assert (second, both) == (["square_clockwise_2.bag=1,0,0", "spin.bag=1,0,0"],
                               [f"{tmp_path}/{run}" for run in first + second])
-    assert (tmp_path / "square_clockwise.csv").read_text() == "  qn"
-    (tmp_path / "square.csv").unlink()
-    assert session(" q")[1] == [*both[1:], f"{tmp_path}/square.csv=0,0,0"]
+    assert (tmp_path / "square_clockwise.bag").read_text() == "  qn"
+    (tmp_path / "square.bag").unlink()
+    assert session(" q")[1] == [*both[1:], f"{tmp_path}/square.bag=0,0,0"]
     assert f"@{tmp_path}/runs.txt" in capsys.readouterr().out
 
 

@@ -10,7 +10,7 @@ from std_msgs.msg import String, UInt8MultiArray
 
 from robotont_calibration import odometry_report
 from robotont_calibration.odometry_report import relative_errors, rows, sizes
-from robotont_calibration.recording_files import read_recording, write_csv
+from robotont_calibration.recording_files import read_recording
 from robotont_calibration.recordings import Recording, RecordingError
 from robotont_calibration.trajectory import Trajectory, synchronise
 from robotont_driver.kinematics import se2
@@ -100,35 +100,10 @@ def test_the_table_and_the_picture_and_what_lacks_a_truth(bag, tmp_path, capsys)
     assert "found no ground truth, allowed: --truth TOPIC" in capsys.readouterr().err
 
 
-def test_csv_with_truth_and_parameters_of_ones_own(drive, tmp_path, capsys):
-    poses, packets = drive
-    path = tmp_path / "drive.csv"
-    write_csv(path, packets, [(time, tuple(pose)) for (time, _), pose in zip(packets, poses[1:])])
-    recording = read_recording(path, {})
-    assert recording.packets == pytest.approx(packets)
-    assert len(recording.truth) == len(packets)
-    assert odometry_report.main([str(path), "--wheel-params", str(WHEEL_PARAMS), "-o", str(tmp_path / "a.png")]) == 0
+def test_parameters_of_ones_own(bag, tmp_path, capsys):
+    arguments = [str(bag), "--truth", "ground_truth/odom", "--wheel-params", str(WHEEL_PARAMS)]
+    assert odometry_report.main([*arguments, "-o", str(tmp_path / "a.png")]) == 0
     assert "drift per metre" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("content, words", [
-    ("", "found the heading '' of 0 lines, allowed: time,m0"),
-    ("a,b,c\n1,2,3\n", "found the heading 'a,b,c' of 1 lines, allowed: time,m0"),
-    ("time,m0,m1,m2\n", "of 0 lines"),
-    ("time,m0,m1,m2\n1,2,3,4\n1,2,3\n", "found .*2.*, allowed: a CSV"),
-    ("time,m0,m1,m2\n1,2,3\n1,2,3\n", "found lines of 3 numbers, allowed: of 4"),
-    ("# words\ntime,m0,m1,m2\n1,2,3,4\n2,2,x,4\n", "found .*'x'"),
-    ("time,m0,m1,m2\n1,2,3,nan\n", "allowed: of 4 up to 1e"),
-    ("time,m0,m1,m2\n1,2,3," + "4" * 200000 + "\n", "allowed: of 4 up to 1e"),
-    ("time,m0,m1,m2\n1,2,3," + "x" * 200000 + "\n", "found .*xxx"),
-    (b"# f\xfcr\ntime,m0,m1,m2\n", "utf-8"),
-], ids=lambda value: repr(value)[:30])
-def test_a_csv_that_is_none_is_refused(tmp_path, content, words):
-    path = tmp_path / "a.csv"
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    with pytest.raises(RecordingError, match=words) as raised:
-        read_recording(path, {})
-    assert len(str(raised.value)) < 600
 
 
 @pytest.mark.parametrize("kind", ["packets", "odometry", "truth"])
@@ -156,7 +131,6 @@ def test_malformed_packets_and_poses_in_a_bag_are_counted(tmp_path):
 
 @pytest.mark.parametrize("name, content, words", [
     ("missing.bag", None, "no such file"),
-    ("a.txt", "", "found a file of type '.txt', allowed: .bag, .csv"),
     ("a.bag", "no bag", "a.bag"),
     ("empty.bag", "", "empty.bag"),
 ])
@@ -176,18 +150,16 @@ def test_a_wrong_truth_topic_lists_those_that_there_are(bag, capsys):
     assert words in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("stamped, least, most", [(False, 0.0, 1.0), (True, 5.0, 50.0)])
-def test_packets_that_came_late_leave_no_spikes(stamped, least, most):
-    """Up to 30 ms late, in order; stamped: their arrivals are taken for stamps. Largest error [mm]."""
+def test_packets_that_came_late_leave_no_spikes():
+    """Up to 30 ms late, in order: their arrivals taken for stamps made an error of 5 mm and more."""
     twists = np.concatenate([still(2.0), straight(3.0, 1.0), still(1.0)])
     times = PERIOD * np.arange(1, len(twists) + 1)
     arrivals = np.maximum.accumulate(times + np.random.default_rng(1).uniform(0.0, 0.03, len(times)))
     recording = Recording()
-    recording.stamped = stamped
     recording.packets = list(zip(arrivals, map(tuple, counted(WHEELS, rolled(WHEELS, twists)).tolist())))
     truth = Trajectory(np.concatenate([[0.0], times]), path_of(twists))
     estimate, truth = synchronise(recording.recomputed(Kinematics(WHEELS)), truth)
-    assert least < 1000 * sizes(estimate.poses - truth.poses)[0].max() < most
+    assert 1000 * sizes(estimate.poses - truth.poses)[0].max() < 1.0
 
 
 def line(length, turn=0.0, number=101):

@@ -132,9 +132,9 @@ def test_runs_that_repeat_a_drive_are_found():
 def test_the_run_that_is_advised_determines_most():
     """After lines only, a turn or a square; after a hundred of everything, nothing."""
     unknowns = FreeParameters(SHIPPED)
-    advice = next_run(calibrated(taped_runs(SHIPPED)[4:]), unknowns, TAPE)
-    assert "sideways" not in advice.name
-    assert advice.then < advice.now / 2
+    name, before, after = next_run(calibrated(taped_runs(SHIPPED)[4:]), unknowns, TAPE)
+    assert "sideways" not in name
+    assert after < before / 2
     assert next_run(calibrated(tracked_runs(SHIPPED, times=4)), unknowns, TAPE) is None
 
 

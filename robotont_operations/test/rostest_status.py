@@ -5,21 +5,18 @@ import contextlib
 import os
 import signal
 import subprocess
-import sys
 import tarfile
 
-import rosbag
 import rospy
 import rostest
 
-from robotont_operations.black_box_files import bags_of, runs_in
 from robotont_testing import places
 from robotont_testing.harness import START, Processes, suspended, wait_for
 from robotont_testing.node_test import OK, NodeTest
 from robotont_testing.stand_in_board import Board
 
 
-class StackTest(NodeTest):
+class StatusTest(NodeTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -43,8 +40,19 @@ class StackTest(NodeTest):
         return subprocess.run(["/usr/bin/python3", script, *map(str, arguments)], check=False, text=True,
                               timeout=60, capture_output=True, env={**os.environ, **environment})
 
+    def test_a_report_has_the_graph_and_own_parameters(self):
+        """What is in its other parts, and what is not, test_report has."""
+        rospy.set_param("/web_teleop/token", "hunter22")
+        output = self.processes.folder / "out.tar.gz"
+        done = self.run_tool("report", "--output", output, ROS_LOG_DIR=str(self.processes.folder))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with tarfile.open(str(output)) as archive:
+            found = {member.name: archive.extractfile(member).read() for member in archive if member.isfile()}
+        for name, words in (("ros/parameters.yaml", b"wheelRads"), ("ros/graph.yaml", b"/serial_com_node"),
+                            ("versions/stack.txt", b"robotont_driver")):
+            self.assertIn(words, found["out/" + name])
+        self.assertFalse([name for name, data in found.items() if b"hunter22" in data])
 
-class StatusTest(StackTest):
     def test_status_from_well_to_dead(self):
         done = self.run_tool("status")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -82,40 +90,5 @@ class StatusTest(StackTest):
         self.assertIn("restarts of /serial_com_node: 1", self.run_tool("status").stdout)
 
 
-class NightlyReportTest(StackTest):
-    """Once a day; what is in a report and what is not, test_report has."""
-
-    def test_report(self):
-        rospy.set_param("/web_teleop/token", "hunter22")
-        folder = self.processes.folder / "black_box"
-        self.processes.launch("recorder.launch", f"folder:={folder}")
-        wait_for(lambda: folder.exists() and runs_in(folder) and len(bags_of(runs_in(folder)[0])) > 2,
-                 "the black box")  # the first bags may be from before all topics were connected
-        logs = self.processes.folder / "logs"
-        logs.mkdir()
-        (logs / "web_teleop_node-1.log").write_text("open http://robot/?token=hunter22\n")
-        (logs / "driver_node-1.log").write_text("wheels turn\n")
-        (folder / "run_000000_x").mkdir()
-        (folder / "run_000000_x/000001.bag").write_bytes(os.urandom(5000))
-        output = self.processes.folder / "out.tar.gz"
-        done = self.run_tool("report", "--output", output, "--black-box", folder, ROS_LOG_DIR=str(logs))
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(output.stat().st_mode & 0o777, 0o600)
-        unpacked = self.processes.folder / "unpacked"
-        with tarfile.open(str(output)) as archive:
-            archive.extractall(str(unpacked))
-        root = unpacked / "out"
-        self.assertIn("wheelRads", (root / "ros/parameters.yaml").read_text())
-        self.assertIn("/serial_com_node", (root / "ros/graph.yaml").read_text())
-        self.assertIn("robotont_driver", (root / "versions/stack.txt").read_text())
-        self.assertIn("run_000000_x/000001.bag", (root / "notes.txt").read_text())
-        self.assertIn("wheels turn", (root / "logs/ros/logs/driver_node-1.log").read_text())
-        with rosbag.Bag(str(max((root / "black_box").glob("*.bag")))) as bag:
-            self.assertIn("/serial_read", bag.get_type_and_topic_info()[1])
-        for path in root.rglob("*"):
-            if path.is_file():
-                self.assertNotIn(b"hunter22", path.read_bytes(), path)
-
-
 if __name__ == "__main__":
-    rostest.rosrun("robotont_operations", "status_test", NightlyReportTest if "nightly" in sys.argv else StatusTest)
+    rostest.rosrun("robotont_operations", "status_test", StatusTest)

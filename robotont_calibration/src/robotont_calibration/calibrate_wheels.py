@@ -14,7 +14,6 @@ from robotont_calibration.calibration_runs import taped_run, tracked_run, turns
 from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.next_run import next_run
 from robotont_calibration.recording_files import read_recording
-from robotont_calibration.recordings import stamps_of
 from robotont_calibration.true_poses import implausible, wrong_yaw
 from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.parameters.files import write_file
@@ -36,8 +35,8 @@ def parse(arguments):
         description="Finds wheelRadius, wheelDistanceFromCenter and wheelRads from runs whose true end is known, and "
                     "writes them to a new file. With --guide it announces each run, records it, and asks where "
                     "the robot stands after it.",
-        epilog="A RUN is a .csv or .bag with a ground truth (columns x,y,yaw; --truth), or FILE=X,Y,YAW with the end "
-               "as measured with a tape: [m] forward and left of the start, [degrees] turned, modulo full turns. "
+        epilog="A RUN is a bag with a ground truth (--truth), or BAG=X,Y,YAW with the end as measured with a tape: [m] "
+               "forward and left of the start, [degrees] turned, modulo full turns. "
                "@FILE reads arguments from a file, one a line. "
                f"Exit status: 0; {DOUBTFUL} with a warning; {USELESS} where the result is of no use and is not "
                "written; 1 or 2 where something was wrong.")
@@ -48,7 +47,7 @@ def parse(arguments):
     parser.add_argument("--force", action="store_true", help="overwrite the output")
     parser.add_argument("--angles", choices=("each", "fixed"), default="each",
                         help="fixed: the directions stay, and the radii get one factor (default: %(default)s)")
-    parser.add_argument("--truth", metavar="TOPIC", help="ground truth in bags, or while guiding")
+    parser.add_argument("--truth", metavar="TOPIC", help="ground truth")
     parser.add_argument("--packets", metavar="TOPIC", default="serial_read", help="default: %(default)s")
     guide = parser.add_argument_group("guided runs (a ROS master and a running robot)")
     guide.add_argument("--guide", metavar="FOLDER", help="make the runs now and keep them in this folder")
@@ -66,10 +65,10 @@ def parse(arguments):
 def read_run(text, wheels, topics):
     """`Run` of FILE or FILE=X,Y,YAW. Raises ValueError or OSError with what is wrong with it."""
     file, _, end = text.partition("=")
-    recording = read_recording(file, topics)
+    recording = read_recording(file, {**topics, "truth": None} if end else topics)
     times, counts = recording.counts(wheels)
     run = _run(file, end, recording, times, counts)
-    gaps = np.diff(times if recording.stamped else stamps_of(times, 1.0 / wheels.pid_frequency))
+    gaps = np.diff(times)
     missing = np.maximum(np.round(gaps * wheels.pid_frequency) - 1, 0).sum()
     return run._replace(missing=int(missing), longest_gap=float(gaps.max(initial=0.0)))
 
@@ -80,7 +79,7 @@ def _run(file, end, recording, times, counts):
         return taped_run(name, counts, read_end(end), TAPED)
     truth = recording.trajectory("truth")
     if truth is None:
-        raise ValueError(f"{file}: found no true pose, allowed: a ground truth, or {file}=X,Y,YAW with the end")
+        raise ValueError(f"{file}: found no true pose, allowed: one (--truth TOPIC), or {file}=X,Y,YAW with the end")
     try:
         return tracked_run(name, times, counts, truth, SECONDS, TRACKED)
     except ValueError as error:
@@ -103,7 +102,7 @@ def run(options):
     if Path(options.output).exists() and not options.force:
         raise ValueError(f"{options.output}: exists; --force overwrites it, -o names another")
     if options.guide:
-        from robotont_calibration.calibration_guide import guide  # here, for recorded runs need no ROS
+        from robotont_calibration.calibration_guide import guide  # here, for it takes half a second
 
         options.runs = guide(options, wheels)
     topics = {"truth": options.truth, "packets": options.packets}
@@ -116,9 +115,9 @@ def run(options):
         print(f"warning: {words}", file=sys.stderr)
     advice = next_run(found, free, TAPED)
     if advice:
-        print(f"\nnext: {advice.name}. Of all runs this one is the most informative: the error expected of "
-              f"the parameters, at the end of such drives,\nfalls from {1000 * advice.now:.0f} to "
-              f"{1000 * advice.then:.0f} mm.", flush=True)
+        name, before, after = advice
+        print(f"\nnext: {name}. Of all runs this one is the most informative: the error expected of the parameters, at "
+              f"the end of such drives,\nfalls from {1000 * before:.0f} to {1000 * after:.0f} mm.", flush=True)
     if spoilt:
         print("calibrate_wheels: nothing is written; use none of these values", file=sys.stderr)
         return USELESS

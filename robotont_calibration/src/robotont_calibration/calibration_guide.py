@@ -5,14 +5,14 @@ from argparse import ArgumentTypeError
 from pathlib import Path
 
 import numpy as np
+import rosbag
 import rospy
 from geometry_msgs.msg import Twist
 from rostopic import get_topic_class
 from std_msgs.msg import String
 
 from robotont_calibration.arguments import read_end
-from robotont_calibration.recording_files import write_csv
-from robotont_calibration.recordings import Recording, stamps_of
+from robotont_calibration.recordings import Recording
 from robotont_calibration.standard_drives import calibration_drives
 from robotont_driver.parameters.files import write_file
 from robotont_driver.robots.robot_folder import WHEELS, shipped
@@ -36,6 +36,7 @@ def guide(options, wheels):
     made = []
     kept = folder / "runs.txt"  # of all sessions
     lines = kept.read_text(encoding="utf-8").splitlines() if kept.exists() else []
+    topics = [f"--{name}={topic}" for name, topic in (("packets", options.packets), ("truth", options.truth)) if topic]
     runs = calibration_drives(wheels.pid_frequency, options.side, options.turns, options.line)
     print(f"{len(runs)} runs. Before each, mark where the robot's middle stands and where it looks, e.g. with tape.")
     robot = _Robot(options, wheels)
@@ -51,20 +52,21 @@ def guide(options, wheels):
             break
         if run != "s":
             made.append(run)
-            lines = [line for line in lines if line.partition("=")[0] != run.partition("=")[0]] + [run]
+            known = {line.partition("=")[0] for line in (*topics, run)}
+            lines = [line for line in lines if line.partition("=")[0] not in known] + [*topics, run]
             write_file(kept, "\n".join(lines) + "\n")  # now: whatever comes, this run is kept
     if not made:
         raise ValueError("found no run to calibrate with")
-    print(f"\nkept: {folder}/*.csv; with all runs of this folder: calibrate_wheels --wheel-params ... @{kept}\n")
+    print(f"\nkept: {folder}/*.bag; with all runs of this folder: calibrate_wheels --wheel-params ... @{kept}\n")
     return made
 
 
 def _free(folder, name):
     """A file for a run; none that is there: it may be of an earlier session."""
-    file, number = folder / f"{name}.csv", 1
+    file, number = folder / f"{name}.bag", 1
     while file.exists():
         number += 1
-        file = folder / f"{name}_{number}.csv"
+        file = folder / f"{name}_{number}.bag"
     return file
 
 
@@ -119,7 +121,7 @@ class _Robot:
 
     def __init__(self, options, wheels):
         self._frequency = wheels.pid_frequency
-        self._recording = Recording()
+        self._recording, self._messages = Recording(), []  # these: (topic, message, when it came [s])
         self._command = rospy.Publisher(_namespace(options) + "cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
         kinds = {"packets": (options.packets, String)}
         if options.truth:
@@ -128,12 +130,14 @@ class _Robot:
                 raise ValueError(f"found no topic {options.truth}; is its node running?")
             kinds["truth"] = (options.truth, kind)
         for name, (topic, kind) in kinds.items():
-            rospy.Subscriber(topic, kind, self._take, name, tcp_nodelay=True)
+            rospy.Subscriber(topic, kind, self._take, (name, topic), tcp_nodelay=True)
         self._wait(lambda: len(self._recording.packets), CONNECTING, f"packets on {options.packets}")
         self._with_truth = "truth" in kinds
 
-    def _take(self, message, kind):
-        self._recording.take(kind, rospy.get_time(), message)
+    def _take(self, message, source):
+        now = rospy.get_time()
+        self._recording.take(source[0], now, message)
+        self._messages.append((source[1], message, now))
 
     def record(self, twists):
         """Drive a run and record it; returns why it does not count, "" when it does.
@@ -142,7 +146,7 @@ class _Robot:
         """
         self._wait(self._command.get_num_connections, CONNECTING,
                    f"a node that takes commands on {self._command.resolved_name}")
-        self._recording.packets, self._recording.truth = [], []
+        self._recording, self._messages = Recording(), []
         if not until(self._rests, LONGEST_REST):  # the first stamps are rough
             return RESTLESS
         try:
@@ -168,21 +172,19 @@ class _Robot:
 
     def save(self, file):
         """Write the run; returns the suffix that calibrate_wheels expects after the file's name."""
-        arrivals, counts = zip(*self._recording.packets)
-        # truth and packets on one clock: an arrival on a busy machine is up to tens of milliseconds late
-        packets = list(zip(stamps_of(np.array(arrivals), 1.0 / self._frequency).tolist(), counts))
-        if not self._with_truth:
-            write_csv(file, packets)
-            try:
-                return "=" + ask_for_end()
-            except KeyboardInterrupt:
-                print(f"\nkept without its end: {file}. Measured later, it counts as RUN {file}=X,Y,YAW", end="")
-                raise
-        truth = self._recording.trajectory("truth")
-        packets = [packet for packet in packets if truth.times[0] <= packet[0] <= truth.times[-1]]
-        poses = truth.at([at for at, _ in packets]).poses
-        write_csv(file, packets, [(at, tuple(pose)) for (at, _), pose in zip(packets, poses.tolist())])
-        return ""
+        beside = file.with_suffix(".new")
+        with rosbag.Bag(str(beside), "w") as bag:
+            for topic, message, at in list(self._messages):
+                bag.write(topic, message, rospy.Time.from_sec(at))
+        write_file(file, beside.read_bytes())
+        beside.unlink()
+        if self._with_truth:
+            return ""
+        try:
+            return "=" + ask_for_end()
+        except KeyboardInterrupt:
+            print(f"\nkept without its end: {file}. Measured later, it counts as RUN {file}=X,Y,YAW", end="")
+            raise
 
     @staticmethod
     def _wait(condition, seconds, what):

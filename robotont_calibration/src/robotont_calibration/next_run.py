@@ -1,7 +1,6 @@
 """The run that would improve a calibration most."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,16 +14,8 @@ from robotont_driver.kinematics.wheel_params import read_wheels
 LITTLE = 0.9     # another run is recommended when it leaves less than this part of the expected error
 
 
-class Recommendation(NamedTuple):
-    """The most informative next run."""
-
-    name: str      # of the drive, for display
-    now: float     # [m] expected error at the end of the drives, of parameters alone
-    then: float    # [m] the same with another such run
-
-
 def next_run(found, free, deviation):
-    """`Recommendation`, or None where no single run would improve much.
+    """(name of a drive, expected error [m] at the end of the drives now, and then); None: no run would improve much.
 
     found: `Calibration`. free: those that it was made with. deviation: place [m] and yaw [rad] of a measured end.
     Judged by the root mean square of the place over all these drives that the parameters' uncertainty makes.
@@ -39,7 +30,7 @@ def next_run(found, free, deviation):
     now = expected(found.covariance)
     prior = np.linalg.inv(found.covariance)
     then, name = min((expected(np.linalg.inv(prior + information(run, free, found))), run.name) for run in runs)
-    return Recommendation(name, now, then) if then < LITTLE * now else None
+    return (name, now, then) if then < LITTLE * now else None
 
 
 def _ideal_run(name, wheels, twists, deviation):

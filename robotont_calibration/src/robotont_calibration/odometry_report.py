@@ -28,8 +28,8 @@ def parse(arguments):
     """The options."""
     parser = argparse.ArgumentParser(prog="odometry_report", description=(
         "Compares odometry with a ground truth: a table and a picture. Their starts are laid over each other. Reads a "
-        "bag or a CSV of packets, without a ROS master. evo reads the same bags (evo_ape bag BAG TRUTH ODOM)."))
-    parser.add_argument("recording", help="a .bag file, as of rosbag record -a, or a .csv")
+        "bag, without a ROS master. evo reads the same bags (evo_ape bag BAG TRUTH ODOM)."))
+    parser.add_argument("recording", help="a bag, as of rosbag record -a")
     parser.add_argument("--odom", metavar="TOPIC", default="odom", help="odometry (default: %(default)s)")
     parser.add_argument("--truth", metavar="TOPIC", help=(
         "ground truth: nav_msgs/Odometry, geometry_msgs/PoseStamped or PoseWithCovarianceStamped"))
@@ -58,7 +58,7 @@ def compared(recording, options):
                 f"found no odometry on {options.odom}; with --wheel-params it is computed from packets")
     reference = recording.trajectory("truth")
     if reference is None:
-        raise RecordingError("found no ground truth, allowed: --truth TOPIC of a bag, or x,y,yaw in a CSV")
+        raise RecordingError("found no ground truth, allowed: --truth TOPIC")
     estimate = Trajectory(estimate.times, np.transpose(se2.compose(estimate.poses.T, (*point, 0.0))))
     return synchronise(estimate, reference)
 

@@ -22,7 +22,6 @@ class Recording:
         self.odometry = []   # (x, y, yaw) that odom_node published
         self.truth = []      # (x, y, yaw) of a ground truth
         self.packets = []    # counts
-        self.stamped = False  # whether the packets' times are when they were made, not when they came
         self.refused = 0     # malformed packets and poses
 
     def take(self, kind, time, message):
@@ -47,23 +46,22 @@ class Recording:
         return Trajectory(*zip(*poses)) if len(poses) > 1 else None
 
     def counts(self, wheels):
-        """(times [s] K, counts K x n) of the packets. Raises RecordingError unless they have n fields each."""
+        """(stamps [s] K, as odom_node gives them, counts K x n) of the packets.
+
+        Raises RecordingError unless they have n fields each.
+        """
         if not self.packets:
             raise RecordingError("found no packets of counts")
         odd = [counts for _, counts in self.packets if len(counts) != wheels.amount]
         if odd:
             raise RecordingError(
                 f"found a packet of {len(odd[0])} wheels, allowed: {wheels.amount}, as in the wheel parameters")
-        return np.array([time for time, _ in self.packets]), np.array([counts for _, counts in self.packets])
+        arrivals, counts = map(np.array, zip(*self.packets))
+        return stamps_of(arrivals, 1.0 / wheels.pid_frequency), counts
 
     def recomputed(self, kinematics):
-        """`Trajectory` of the odometry that these packets make with other parameters, from the origin.
-
-        At the stamps that odom_node would give them, not those of the packets' arrival.
-        """
+        """`Trajectory` of the odometry that these packets make with other parameters, from the origin."""
         times, counts = self.counts(kinematics.wheels)
-        if not self.stamped:
-            times = stamps_of(times, 1.0 / kinematics.wheels.pid_frequency)
         steps = kinematics.inverse @ (counts * np.array(kinematics.wheels.metres_per_edge)).T
         return Trajectory(times, se2.path(steps.T))
 

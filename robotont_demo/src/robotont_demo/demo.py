@@ -66,7 +66,8 @@ def run(options):
     error = end_error(odometry, truth)
     for what, value in figures(recorder.link, error, allowed):
         print(f"  {what:<42} {value}")
-    draw(commanded_path(steps), odometry, truth, allowed[0], f"the simulator, robot {options.robot.folder.name}", options.picture)
+    draw(commanded_path(steps), odometry, truth, allowed[0], f"the simulator, robot {options.robot.folder.name}",
+         options.picture)
     print(f"picture: {options.picture}")
     return all(found < most for found, most in zip(error, allowed))
 

@@ -35,10 +35,14 @@ def installation(templates, udev_rules, environment, address="", robot="", model
     """
     templates = Path(templates)
     files = {UDEV + path.name: path.read_text() for path in map(Path, udev_rules)}
+    rights = (templates / "rights.conf").read_text().rstrip("\n")
     units = (*UNITS, *([PAGE_UNIT] if page else []), *([FLEET_UNIT] if fleet else []))
     for unit in units:
-        text = (templates / unit).read_text().replace("@PAGE@", page).replace("@FLEET@", fleet)
-        files[SYSTEMD + unit] = text.replace("@NETWORK@", NETWORK_ONLINE if address else "")
+        text = (templates / unit).read_text()
+        for name, words in (("@PAGE@", page), ("@FLEET@", fleet), ("@RIGHTS@", rights),
+                            ("@NETWORK@", NETWORK_ONLINE if address else "")):
+            text = text.replace(name, words)
+        files[SYSTEMD + unit] = text
     files[USER] = (templates / "sysusers.conf").read_text()
     files[SETTINGS + "python_logging.conf"] = (templates / "python_logging.conf").read_text()
     arguments = "ROBOTONT_ARGUMENTS=" + ("" if model else "description:=false")

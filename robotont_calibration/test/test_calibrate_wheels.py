@@ -149,7 +149,7 @@ def test_a_run_that_determines_nothing_and_has_a_gap_is_named_and_not_written(ru
     (["nowhere.bag"], "nowhere.bag: no such file"),
     (["{0}=1,2"], "found '1,2', allowed: X,Y,YAW of the end"),
     (["{0}=1,2,north"], "found '1,2,north'"),
-    (["{0}"], "found no topic truth; there are: /serial_read"),
+    (["{0}"], "found no topic truth; there are: serial_read"),
     (["--guide", "a", "--side", "-1"], "found '-1', allowed: a number > 0"),
 ])
 def test_bad_input(arguments, words, runs, tmp_path, capsys):

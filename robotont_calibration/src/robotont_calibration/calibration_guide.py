@@ -53,7 +53,7 @@ def guide(options, wheels):
         if run != "s":
             made.append(run)
             known = {line.partition("=")[0] for line in (*topics, run)}
-            lines = [line for line in lines if line.partition("=")[0] not in known] + [*topics, run]
+            lines = [*topics, *(line for line in lines if line.partition("=")[0] not in known), run]
             write_file(kept, "\n".join(lines) + "\n")  # now: whatever comes, this run is kept
     if not made:
         raise ValueError("found no run to calibrate with")

@@ -267,4 +267,4 @@ for number in itertools.count():
     assert sorted(names) == sorted(NAMES)
     lines = rig.request("GET", "/metrics")[2].decode().splitlines()
     for name in NAMES:
-        assert f'robotont_diagnostic{{key="level",robot="{name}",task="serial_com_node: link"}} 0.0' in lines
+        assert [line[-4:] for line in lines if line.startswith("robotont_up{") and f'robot="{name}"' in line] == [" 1.0"]

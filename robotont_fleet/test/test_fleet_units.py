@@ -15,7 +15,7 @@ from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet_page import StopFile
 from robotont_fleet.known_robots import MOST, NEEDS, Fleet
 from robotont_fleet.mailbox import Mailbox
-from robotont_fleet.messages import TO_PAGE, TO_ROBOT, read_order, read_state, read_values
+from robotont_fleet.messages import TO_PAGE, TO_ROBOT, read_order, read_state
 from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.metrics import metrics
 from robotont_testing.harness import wait_for
@@ -387,7 +387,7 @@ ODD = st.none() | st.text() | st.floats() | st.sampled_from([10 ** 400, True]) |
 @given(st.binary(max_size=200) | st.dictionaries(st.sampled_from(sorted(STATE)), ODD).map(
     lambda fields: json.dumps({**STATE, **fields}).encode()))
 def test_whatever_is_said_becomes_sound_json_or_nothing(payload):
-    for read in (read_state, read_values, lambda text: read_order(text, TO_ROBOT)):
+    for read in (read_state, lambda text: read_order(text, TO_ROBOT)):
         try:
             found = read(payload)
         except ValueError:

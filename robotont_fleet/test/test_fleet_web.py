@@ -39,7 +39,7 @@ class Served(LoopClient):
     async def _start(self):
         self.fleet = Fleet(self._send, lambda kept: setattr(self, "stops", kept))
         server = FleetServer(self.fleet, self._access, ("fleet.local",), page_files(),
-                             read_ground(str(config("maps/room.yaml"))), dict, self)
+                             read_ground(str(config("maps/room.yaml"))), self)
         server.listen("127.0.0.1", 0)
         self.port = server.port
         for number in range(self._robots):

@@ -71,7 +71,6 @@ class FleetNode:
             rospy.logerr("no fleet: %s", error)
             return
         session.declare_subscriber(keys.order_key(self.name), zenoh.handlers.Callback(self._take, indirect=False))
-        session.declare_queryable(keys.values_key(self.name), self._on_query)
         session.liveliness().declare_subscriber(keys.alive_key(self.name), self._on_namesake, history=True)
         self._token = session.liveliness().declare_token(keys.alive_key(self.name, self._identity))
         self._session = session
@@ -100,9 +99,6 @@ class FleetNode:
 
     def _on_pressed_by(self, _message):
         self._mailbox.put("pressed_by", {"kind": "pressed_by"})  # a stop may be on its way as well
-
-    def _on_query(self, query):
-        query.reply(keys.values_key(self.name), json.dumps(self._robot.values))
 
     # In
 

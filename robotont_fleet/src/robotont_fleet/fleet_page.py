@@ -24,7 +24,7 @@ from robotont_driver.parameters.files import read_file, read_mapping, write_file
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet_server import FleetServer
 from robotont_fleet.known_robots import Fleet
-from robotont_fleet.messages import NONE, read_state, read_values
+from robotont_fleet.messages import NONE, read_state
 from robotont_fleet.zenoh_setup import (
     ABSENT,
     add_users,
@@ -38,7 +38,6 @@ from robotont_fleet.zenoh_setup import (
 from robotont_teleop.web.page_setup import SetUpError, host_names, invitation, make_access, own_address, ros_home
 from robotont_teleop.web.web_handlers import read_files
 
-ANSWERS = 1.0  # [s] that robots have to answer the page
 LARGEST_IMAGE, LARGEST_STOPS = 10 ** 8, 10 ** 7  # [bytes] of files
 KEEPS = 1.0    # [s] that an order waits for the disk before it is answered
 
@@ -173,15 +172,6 @@ class ZenohSide:
     def _send(self, name, order):
         send(self._session, keys.order_key(name), json.dumps(order))
 
-    def values(self):
-        """{robot: {task: {key: number}}} of all that answer in time."""
-        found = {}
-        for reply in self._session.get(keys.values_key(), timeout=ANSWERS):
-            with contextlib.suppress(ValueError):
-                if reply.ok:
-                    found[keys.robot_of(reply.ok.key_expr)] = read_values(reply.ok.payload)
-        return found
-
 
 async def serve(options, session):
     """Serve the page until a signal ends it. Raises SetUpError."""
@@ -194,8 +184,7 @@ async def serve(options, session):
     ground = read_ground(options.map) if options.map else None
     stop_file = StopFile(options.port)
     side = ZenohSide(session, loop, stop_file)
-    server = FleetServer(side.fleet, access, host_names(options.host_names), page_files(), ground, side.values,
-                         stop_file)
+    server = FleetServer(side.fleet, access, host_names(options.host_names), page_files(), ground, stop_file)
     url = server.listen(address, options.port, options.certificate)
     print(f"all robots on one page: {url}", *invitation(url, access, sys.stdout.isatty()), sep="\n")
     router = endpoint(own_address() if options.network else address, options.router_port, options.certificate)

@@ -14,15 +14,12 @@ from robotont_teleop.web.web_handlers import Guarded
 
 
 class FleetServer(PageServer):
-    """One page for a Fleet. ground: as of `read_ground`, or None; values(): what `metrics` wants; may take its time.
+    """One page for a Fleet. ground: as of `read_ground`, or None. stop_file: keeps the Fleet's stops (`StopFile`)."""
 
-    stop_file: keeps the Fleet's stops (`StopFile`).
-    """
-
-    def __init__(self, fleet, access, names, files, ground, values, stop_file):
+    def __init__(self, fleet, access, names, files, ground, stop_file):
         super().__init__(access, names, files)
         self.fleet = fleet
-        self.values, self.stop_file = values, stop_file
+        self.stop_file = stop_file
         self.map_picture, self.ground = ground or (None, None)
 
     def listen(self, address, port, certificate=""):
@@ -31,10 +28,9 @@ class FleetServer(PageServer):
 
     async def metrics(self):
         """For Prometheus."""
-        values = await self._loop.run_in_executor(None, self.values)
         robots = self.fleet.view(boot_time())["robots"]
         return metrics([{**one, "up": one["present"] and one.get("driver") and one["age"] <= SILENT}
-                        for one in robots], values)
+                        for one in robots], {})
 
     async def repeat_stops(self):
         """For ever: what is not confirmed is sent again."""

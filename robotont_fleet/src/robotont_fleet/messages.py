@@ -3,7 +3,7 @@
 import json
 import math
 
-LARGEST_ORDER, LARGEST_STATE, LARGEST_VALUES = 512, 16384, 1 << 18  # [bytes]
+LARGEST_ORDER, LARGEST_STATE = 512, 16384  # [bytes]
 LONGEST = 200       # letters of a word
 MOST = 1e15         # beyond, a number is none: not each of 400 digits fits into a float
 FARTHEST = 1000.0   # [m] of a goal
@@ -48,15 +48,6 @@ def read_state(payload):
                 "note": _text(given["note"]), "namesakes": _whole(given["namesakes"])}
     except NONE as error:
         raise ValueError(f"no state: {error!r}") from None
-
-
-def read_values(payload):
-    """{task: {key: number}}, what else there is left out. Raises ValueError where it is nothing of the kind."""
-    try:
-        return {_text(task): {_text(key): value for key, value in numbers.items() if number(value) is not None}
-                for task, numbers in _load(payload, LARGEST_VALUES).items()}
-    except NONE as error:
-        raise ValueError(f"no values: {error!r}") from None
 
 
 def _load(payload, most):

@@ -18,11 +18,6 @@ def state_key(robot="*"):
     return f"{OWN}/{robot}/state"
 
 
-def values_key(robot="*"):
-    """The numbers of its diagnostics, as JSON; to who asks."""
-    return f"{OWN}/{robot}/values"
-
-
 def order_key(robot):
     """Orders to it, as JSON: stop, release, cancel, goal."""
     return f"{OWN}/{robot}/order"

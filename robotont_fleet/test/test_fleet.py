@@ -267,4 +267,5 @@ for number in itertools.count():
     assert sorted(names) == sorted(NAMES)
     lines = rig.request("GET", "/metrics")[2].decode().splitlines()
     for name in NAMES:
-        assert [line[-4:] for line in lines if line.startswith("robotont_up{") and f'robot="{name}"' in line] == [" 1.0"]
+        up, = (line for line in lines if line.startswith("robotont_up{") and f'robot="{name}"' in line)
+        assert up.endswith(" 1.0")

@@ -338,7 +338,8 @@ def test_what_waited_while_the_robots_computer_slept_is_refused(node):
     assert not node._robot.release.called
 
 
-def test_a_robot_says_whether_the_router_answers(node):
+def test_a_robot_says_whether_the_router_answers(node, monkeypatch):
+    monkeypatch.setattr(fleet_node, "zenoh", Mock())
     node._parameters, node._password_file, node.name = {"router": "tcp/t:7447"}, "password", "r1"
     for routers, words in (([], "no answer from tcp/t:7447: "), (["id"], "connected")):
         node._session = Mock(info=Mock(routers_zid=Mock(return_value=routers)))

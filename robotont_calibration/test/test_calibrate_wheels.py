@@ -19,8 +19,7 @@ from robotont_calibration.calibrate_wheels import WHEEL_NOISE, main, read_run
 from robotont_calibration.calibration_runs import errors_along
 from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.odometry_report import main as odometry_report
-from robotont_calibration.recording_files import read_recording
-from robotont_calibration.recordings import Recording
+from robotont_calibration.recordings import Recording, read_recording
 from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.wheel_params import read_wheels

@@ -10,8 +10,7 @@ from std_msgs.msg import String, UInt8MultiArray
 
 from robotont_calibration import odometry_report
 from robotont_calibration.odometry_report import relative_errors, rows, sizes
-from robotont_calibration.recording_files import read_recording
-from robotont_calibration.recordings import Recording, RecordingError
+from robotont_calibration.recordings import Recording, RecordingError, read_recording
 from robotont_calibration.trajectory import Trajectory, synchronise
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
-from robotont_calibration.recording_files import read_recording
-from robotont_calibration.recordings import Recording, RecordingError
+from robotont_calibration.recordings import Recording, RecordingError, read_recording
 from robotont_testing.spoilt import spoilt
 
 TOPICS = {"odometry": "odom", "packets": "serial_read"}

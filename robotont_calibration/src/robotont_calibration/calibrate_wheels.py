@@ -13,7 +13,7 @@ from robotont_calibration.calibration_report import table
 from robotont_calibration.calibration_runs import taped_run, tracked_run, turns
 from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.next_run import next_run
-from robotont_calibration.recording_files import read_recording
+from robotont_calibration.recordings import read_recording
 from robotont_calibration.true_poses import implausible, wrong_yaw
 from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.parameters.files import write_file

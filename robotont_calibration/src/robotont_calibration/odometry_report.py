@@ -13,8 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from robotont_calibration.arguments import coordinates, positive
-from robotont_calibration.recording_files import read_recording
-from robotont_calibration.recordings import RecordingError
+from robotont_calibration.recordings import RecordingError, read_recording
 from robotont_calibration.trajectory import Trajectory, seen_from, synchronise
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics

@@ -338,14 +338,6 @@ def test_what_waited_while_the_robots_computer_slept_is_refused(node):
     assert not node._robot.release.called
 
 
-def test_a_robot_says_whether_the_router_answers(node, monkeypatch):
-    monkeypatch.setattr(fleet_node, "zenoh", Mock())
-    node._parameters, node._password_file, node.name = {"router": "tcp/t:7447"}, "password", "r1"
-    for routers, words in (([], "no answer from tcp/t:7447: "), (["id"], "connected")):
-        node._session = Mock(info=Mock(routers_zid=Mock(return_value=routers)))
-        assert node._report()[1].startswith(words)
-
-
 def test_what_was_heard_before_the_pages_computer_slept_is_old(monkeypatch):
     slept = [0.0]
     for module in (fleet_page, fleet_server):

@@ -139,7 +139,7 @@ def test_a_robot_without_an_answer_says_which_password_it_reads(tmp_path):
                      ROS_HOME=str(tmp_path))
         said = subprocess.run(["rostopic", "echo", "-n", "1", "/diagnostics"], check=False, text=True, timeout=60,
                               capture_output=True, env={**os.environ, "ROS_MASTER_URI": master.uri})
-    assert f"in {tmp_path / 'robotont_fleet_password'} since" in said.stdout
+    assert str(tmp_path / "robotont_fleet_password") in said.stdout
 
 
 def test_without_zenoh_the_robot_drives_on_and_one_line_says_how_to_install_it(tmp_path):

@@ -65,7 +65,7 @@ def test_a_level_that_is_none_is_shown_as_silence(level):
 
 def test_pages_and_fleet_are_told_the_same_worst_and_that_a_task_has_fallen_silent(monkeypatch):
     now, reports = [100.0], RobotReports("")
-    monkeypatch.setattr("time.monotonic", lambda: now[0])
+    monkeypatch.setattr(robot_reports, "boot_time", lambda: now[0])
 
     def say(name, level):
         reports._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(name=name, level=level, message="in words")]))

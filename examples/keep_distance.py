@@ -20,7 +20,7 @@ rospy.on_shutdown(lambda: publisher.publish(Twist()))  # also Ctrl-C stops the r
 def on_scan(scan):
     """Each scan gives one command. Without scans there are no commands, and the robot stops by itself."""
     angles = [scan.angle_min + i * scan.angle_increment for i in range(len(scan.ranges))]
-    ahead = [distance for angle, distance in zip(angles, scan.ranges) if abs(angle) < AHEAD]
+    ahead = [distance for angle, distance in zip(angles, scan.ranges) if math.cos(angle) > math.cos(AHEAD)]
     seen = [distance for distance in ahead if scan.range_min <= distance <= scan.range_max]  # no NaN, no infinity
     command = Twist()
     if -math.inf in ahead:

@@ -82,6 +82,7 @@ def test_driver_node_looks_for_gaps_more_often_than_they_are_long(timeout, rate)
     parameters = {**{parameter.name: parameter.default for parameter in driver_node.PARAMETERS},
                   "cmd_timeout": timeout, "publish_rate": rate}
     ros = dict.fromkeys(("rospy", "Worker", "Health", "OutageWatch", "KeptParameter"), MagicMock())
+    ros["kept_names"] = lambda _: []
     ros["rospy"].get_param.return_value = ()
     with patch.multiple(driver_node, **ros):
         node = driver_node.DriverNode("driver_node", read_wheels(SHIPPED), parameters, MagicMock())

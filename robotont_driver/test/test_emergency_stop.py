@@ -145,6 +145,16 @@ def test_who_has_asked_for_motion_drives_after_a_release_only_after_a_stop_of_hi
         assert stand_first.waiting(now) == sorted(sender for sender in held if now - asked[sender] < TIMEOUT)
 
 
+def test_who_was_held_when_the_process_before_ended_has_to_stop_first():
+    stand_first = StandFirst(TIMEOUT, ["/program"])
+    assert stand_first.waiting(7.0) == []
+    assert not stand_first.admits("/program", True, 7.1)
+    assert stand_first.waiting(7.1) == ["/program"]
+    assert stand_first.admits("/another", True, 7.1)
+    assert stand_first.admits("/program", False, 7.2)
+    assert stand_first.admits("/program", True, 7.3)
+
+
 def test_exactly_the_time_out_of_silence_is_a_stop():
     for pressed, held in ((TIMEOUT, False), (TIMEOUT - 0.01, True)):  # after his newest wish
         stand_first = StandFirst(TIMEOUT)

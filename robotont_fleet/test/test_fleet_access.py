@@ -156,6 +156,15 @@ def test_without_zenoh_the_robot_drives_on_and_one_line_says_how_to_install_it(t
         assert log.read_text().count("\n") <= 2
 
 
+def test_an_empty_password_is_none_and_stays_empty(tmp_path):
+    file = tmp_path / "robotont_fleet_password"
+    assert setup.read_password(file) == ""
+    file.touch(0o600)
+    with pytest.raises(ValueError, match="empty, allowed: the password that ./robotont fleet --add"):
+        setup.read_password(file)
+    assert not file.stat().st_size
+
+
 @needs_zenoh
 def test_a_robot_says_whether_the_router_answers():
     """Zenoh answers itself where there is none."""

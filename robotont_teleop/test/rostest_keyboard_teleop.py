@@ -99,11 +99,9 @@ class KeyboardTeleopTest(NodeTest):
         wait_for(lambda: self.hand and all(abs(one - other) < 1e-9 for one, other in zip(self.hand[-1], twist)), what)
 
     def moves(self, terminal):
-        """Press a key, and wait for its command; returns the time [s] of the press."""
-        pressed = time.monotonic()
-        terminal.type("w")
-        wait_for(lambda: self.hand and self.hand[-1] != STOP, "motion")
-        return pressed
+        """Press a key, and wait for its command; returns the time [s]."""
+        wait_for(lambda: (self.hand and self.hand[-1] != STOP) or terminal.type("w"), "motion", period=0.2)
+        return time.monotonic()
 
     def test_keys_drive_and_the_line_shows_it(self):
         terminal = self.terminal
@@ -176,6 +174,11 @@ class KeyboardTeleopTest(NodeTest):
                     wait_for(lambda: stops and stops[-1].data, "somebody's press")
                 time.sleep(1.0)  # longer than a busy computer holds it up
             time.sleep(0.5)  # nothing happens
+        pressed = self.moves(self.terminal)
+        held_up("")
+        self.assertEqual(self.hand[-1], STOP, "driven on by a key that may be up")
+        self.assertLess(time.monotonic() - pressed, HOLD)
+        self.hand.clear()
         held_up("w")
         self.terminal.type(260 * "w")  # as a network hands on what has waited in it
         time.sleep(0.5)
@@ -189,6 +192,15 @@ class KeyboardTeleopTest(NodeTest):
         self.terminal.type("\x15")
         wait_for(lambda: not stops[-1].data, "the release")
 
+    def test_keys_that_are_typed_while_it_starts_drive_nothing(self):
+        terminal = Terminal(f"_first_hold:={HOLD}")
+        self.addCleanup(terminal.end)
+        terminal.type("w")
+        self.ready(terminal)
+        time.sleep(0.5)  # nothing happens
+        self.assertFalse([one for one in self.hand if one != STOP])
+        self.moves(terminal)
+
     def test_behind_ctrl_z_and_fg_the_stop_needs_no_enter(self):
         stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
         with suspended(self.terminal.process.pid):
@@ -199,8 +211,8 @@ class KeyboardTeleopTest(NodeTest):
 
     def test_a_key_that_means_nothing_is_told(self):
         for key in ("\u0446", "z"):  # the one in the place of w, Cyrillic and French
-            self.terminal.type(key)
-            wait_for(lambda: "another keyboard layout" in self.terminal.line, "words")
+            wait_for(lambda key=key: "another keyboard layout" in self.terminal.line or self.terminal.type(key),
+                     "words", period=0.3)
             self.terminal.type("s")
             self.newest_is((-0.3, 0.0, 0.0), "motion")
             wait_for(lambda: "sent -0.30" in self.terminal.line, "the usual line")

@@ -3,12 +3,15 @@
 import math
 import random
 
+import guarded_drive
 import numpy as np
 import pytest
+import rospy
 from guarded_drive import AROUND, CAMERA, LIMITS, RADIUS, SCAN_BOUNDS, GuardedDrive
 
 from robotont_driver.kinematics.se2 import arc, compose
 from robotont_simulator.world import box, read_world
+from robotont_teleop.mux.guard_sensors import SensingGuard
 from robotont_testing import places
 
 SPEEDS = (0.1, 0.2, 0.3, 0.5, 0.65, 0.8)  # [m/s]
@@ -31,6 +34,21 @@ def test_a_leg_that_every_sixth_scan_shows_is_not_touched(missed):
     drive.drive((0.8, 0.0, 0.0), 6.0)
     assert not drive.touched
     assert drive.simulation.pose()[0] > 1.0
+
+
+@pytest.mark.parametrize("mass, limit, speed", [(20.0, 1.5, 0.8), (3.6, 1000.0, 1.3)])
+def test_a_heavy_robot_and_one_of_high_limits_stop_before_a_wall(mass, limit, speed, monkeypatch):
+    wheels = guarded_drive.WHEELS._replace(mass=mass)
+    monkeypatch.setattr(guarded_drive, "WHEELS", wheels)
+    monkeypatch.setattr(guarded_drive, "LIMITS", LIMITS._replace(linear_acceleration=limit, linear_deceleration=limit))
+    monkeypatch.setattr(rospy, "get_param", lambda name, default: limit if "eleration" in name else default)
+    drive, sensing = GuardedDrive([box(3.0, 0.0, 0.1, 4.0, 0.0)], (0.0, 0.0, 0.0)), SensingGuard.__new__(SensingGuard)
+    sensing.measure(wheels)
+    drive.guard._braking = sensing._braking
+    drive.drive(STOP, 0.5)
+    assert drive.drive((speed, 0.0, 0.0), 6.0) > 0.9 * speed
+    assert not drive.touched
+    assert drive.nearest > SIDE
 
 
 def obstacle(kind, way, chance):

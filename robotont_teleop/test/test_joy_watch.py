@@ -60,6 +60,16 @@ def test_what_does_not_change_is_gone_and_any_change_brings_it_back():
     assert pad.hear(((0.51,), (1,)), 99.1)
 
 
+def test_a_pad_that_begins_with_both_buttons_down_releases_nothing_and_presses_by_its_stop(watch):
+    watch.pad(0.0, RELEASE, DEAD_MAN)
+    assert not watch.releases
+    watch.pad(0.0, DEAD_MAN)
+    watch.pad(0.0, RELEASE, DEAD_MAN)
+    assert len(watch.releases) == 1
+    watch.pad(0.0, STOP, sender="/another")
+    assert len(watch.presses) == 1
+
+
 def test_a_tap_counts_that_is_over_when_it_is_heard(watch):
     """A STOP that was tapped while joy_watch was held up: as rospy hands on what has waited."""
     waiting, messages = io.BytesIO(), []

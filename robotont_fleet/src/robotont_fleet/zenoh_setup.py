@@ -98,6 +98,8 @@ def send(session, key, payload):
 
 def read_password(path):
     """The password in a file that only its owner reads; "" where there is no file. Raises ValueError, OSError."""
+    if Path(path).exists() and not Path(path).stat().st_size:
+        raise ValueError(f"{path}: empty, allowed: the password that ./robotont fleet --add has printed")
     return read_or_make_token(path) if Path(path).exists() else ""
 
 

@@ -11,9 +11,10 @@ class CommandStream:
     """Turns commanded twists into the twist that may go out at a given time.
 
     Times [s] are the caller's, from any clock that never goes back. A twist is (v_x, v_y, omega).
+    held: as of `StandFirst`.
     """
 
-    def __init__(self, kinematics, limits, timeout, period):
+    def __init__(self, kinematics, limits, timeout, period, held=()):
         self.kinematics = kinematics
         self.limits = self._given = limits
         self.timeout = timeout    # [s] a command older than this stops the robot
@@ -24,7 +25,7 @@ class CommandStream:
         self.timeouts = 0
         self.limited = False      # whether the newest command was shortened: too fast, or too sharp a bend
         self.cut_off = False      # whether the newest time-out stopped a moving robot
-        self._stand_first = StandFirst(timeout)
+        self._stand_first = StandFirst(timeout, held)
         self._refusal = None      # why the newest command was refused
         self._target = None       # newest valid command within the limits; None = stop at once
         self._received = None     # [s] when it came
@@ -101,11 +102,15 @@ class CommandStream:
         """[s] since the newest valid command, or None before the first."""
         return None if self._received is None else now - self._received
 
+    def waiting(self, now):
+        """Names of the senders that ask for motion, but have to stop first."""
+        return self._stand_first.waiting(now)
+
     def complaint(self, now):
         """Why the robot does not follow commands; empty when it does."""
         if self.stopped:
             return "emergency stop: a person releases it, on the page, by the keys or by ./robotont release"
-        waiting = self._stand_first.waiting(now)
+        waiting = self.waiting(now)
         if waiting:
             return f"{', '.join(waiting)} must stop once after the emergency stop before driving"
         if self._refusal:

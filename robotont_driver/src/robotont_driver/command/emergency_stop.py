@@ -3,6 +3,8 @@
 The rule: docs/safety.md, "The emergency stop".
 """
 
+import math
+
 
 class EmergencyStop:
     """Who presses. `kept`: `pressed_by` of the node before this one, from wherever it was kept.
@@ -57,12 +59,13 @@ class StandFirst:
     """Who has to stop once before he may drive: whoever has asked for motion and not stopped before the release.
 
     timeout: [s] after which silence counts as a stop. Times [s] are the caller's, from a clock that never goes back.
+    held: `waiting` of the process before this one, which ended before these had stopped.
     """
 
-    def __init__(self, timeout):
+    def __init__(self, timeout, held=()):
         self._timeout = timeout
         self._asked = {}   # when each sender has asked for motion for the last time, since its newest zero
-        self._held = set()  # senders that have to stop first
+        self._held = set(held)  # senders that have to stop first
 
     def press(self, now):
         """The emergency stop begins: who has fallen silent before does not ask for motion."""
@@ -88,7 +91,7 @@ class StandFirst:
 
     def waiting(self, now):
         """Names of the senders that are held and ask for motion."""
-        return sorted(sender for sender in self._held if now - self._asked[sender] < self._timeout)
+        return sorted(sender for sender in self._held if now - self._asked.get(sender, -math.inf) < self._timeout)
 
     def excuse(self):
         """On a person's request: nobody has to stop first any more."""

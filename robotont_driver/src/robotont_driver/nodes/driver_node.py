@@ -20,7 +20,7 @@ from robotont_driver.protocol.protocol import Packet, format_packet
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.packet_topics import PacketTopic
-from robotont_driver.ros.server_parameters import KeptParameter
+from robotont_driver.ros.server_parameters import KeptParameter, kept_names
 from robotont_driver.ros.worker import Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header, connection_numbers
 from robotont_driver.rospy_repairs.topic_outages import OutageWatch, is_local
@@ -46,7 +46,8 @@ PARAMETERS = (
 )
 
 
-PRESSED_BY = "emergency_stop_pressed"  # parameter in the namespace of the wheels': a restarted node stays stopped
+# Parameters in the namespace of the wheels': a restarted node stays stopped, and knows who has to stop first.
+PRESSED_BY, HELD = "emergency_stop_pressed", "emergency_stop_held"
 OLD = "an old command (kept back on its way, or latched before) does not drive"
 
 
@@ -64,7 +65,8 @@ class DriverNode:
             rospy.logwarn("%s", doubts(wheels))
         self._decimals = parameters["command_decimals"]
         limits = Limits(*(parameters["max_" + limit] for limit in Limits._fields))
-        self._stream = CommandStream(Kinematics(wheels), limits, parameters["cmd_timeout"], self._period)
+        self._stream = CommandStream(Kinematics(wheels), limits, parameters["cmd_timeout"], self._period,
+                                     kept_names(HELD))
         self._emergency_stop = EmergencyStop(rospy.get_param(PRESSED_BY, ()))
         self._stream.emergency_stop(self._emergency_stop.pressed, 0.0)
         self._buttons = rospy.resolve_name("emergency_stop")  # the topic
@@ -76,7 +78,8 @@ class DriverNode:
         self._limited = rospy.Publisher("cmd_vel/limited", Twist, queue_size=1, tcp_nodelay=True)
         self._pressed_by = rospy.Publisher("emergency_stop/pressed_by", String, queue_size=1, latch=True)
         self._pressed_by.publish(", ".join(self._emergency_stop.pressed_by))
-        self._kept = KeptParameter(PRESSED_BY, lambda: list(self._emergency_stop.pressed_by))
+        self._kept = (KeptParameter(PRESSED_BY, lambda: list(self._emergency_stop.pressed_by)),
+                      KeptParameter(HELD, self._held))
         Worker(self._repeat)
         rospy.on_shutdown(self._stop)
         emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, tcp_nodelay=True)
@@ -137,7 +140,12 @@ class DriverNode:
             rospy.logwarn("emergency stop %s", f"pressed by {pressed_by}" if pressed_by else
                           "released; waiting for new commands")
         self._pressed_by.publish(pressed_by)
-        self._kept.changed()
+        for kept in self._kept:
+            kept.changed()
+
+    def _held(self):
+        with self._lock:
+            return self._stream.waiting(boot_time())
 
     def _send(self):
         """Send what may go out now: since a command was judged this process may have been stopped."""

@@ -46,6 +46,12 @@ def private_parameters(table, node="~"):
     return read_parameters((*table, *COMMON_PARAMETERS), {**official, **given})
 
 
+def kept_names(name):
+    """The names that a `KeptParameter` holds."""
+    names = rospy.get_param(name, ())
+    return [str(one) for one in names] if isinstance(names, list) else []
+
+
 class KeptParameter:
     """Writes `value()` in a thread of its own after each change, the newest only: the master may take its time.
 

@@ -51,8 +51,8 @@ class JoyWatch:
         given, now = self._parameters, boot_time()
         sender = connection_header(message).get("callerid", "")
         down = {number for number, pressed in enumerate(message.buttons) if pressed}
-        pressed, self._down[sender] = down - self._down.get(sender, set()), down
         both = {given["release_button"], given["dead_man_button"]}
+        pressed, self._down[sender] = down - self._down.get(sender, both), down  # both down at first ask nothing
         pad = self._pads.setdefault(sender, StillPad(given["longest_still"]))
         there = pad.hear((message.axes, message.buttons), now)
         settled = self._gaps.settled(now)

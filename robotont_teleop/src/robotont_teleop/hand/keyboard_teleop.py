@@ -1,6 +1,7 @@
 """Drives the robot by the keys of a terminal."""
 
 import contextlib
+import math
 import os
 import select
 import signal
@@ -54,6 +55,7 @@ class KeyboardTeleop:
 
     def __init__(self, parameters, terminal):
         self._terminal = terminal
+        self._gaps = Gaps(GAP, -math.inf)  # of this process, its start is one: a key that came meanwhile is old
         speeds = Speeds(parameters["linear_speed"], parameters["angular_speed"])
         self._keys = HeldKeys(speeds, Speeds(*map(max, speeds, FASTEST)), parameters["first_hold"], REPEAT_HOLD)
         self._stop = EmergencyStopPublisher()  # first: on a slow network each takes seconds
@@ -61,7 +63,6 @@ class KeyboardTeleop:
         self._reports = RobotReports()
         self._sent = STOP
         self._missed_from = boot_time() + CONNECTS
-        self._gaps = Gaps(GAP, self._missed_from - CONNECTS)  # of this process: a key that came meanwhile is old
         self._rest = ""
         self._unknown = False  # whether the newest key means nothing
         self._shown = 0.0
@@ -92,6 +93,8 @@ class KeyboardTeleop:
         """Keys that have come within one period; raises OSError when there is no terminal any more."""
         there = select.select([self._terminal], [], [], PUBLISH_PERIOD)[0]
         settled = self._gaps.settled(boot_time())
+        if not settled:
+            self._keys.release()  # it may have been let go meanwhile
         if not there:
             return []
         data = os.read(self._terminal, MOST_WAITING)

@@ -17,6 +17,7 @@ from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
+from robotont_driver.ros.server_parameters import KeptParameter, kept_names
 from robotont_driver.ros.worker import Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_driver.rospy_repairs.topic_outages import OutageWatch, is_local
@@ -36,6 +37,7 @@ PARAMETERS = (
     Parameter("blind_speed", 0.3, "of the hand where no scan and no range sees, if there is either; elsewhere the hand "
               "stops before what is in the way; negative: no guard", "m/s", minimum=-1.0, maximum=100.0),
 )
+STAND_FIRST = "cmd_vel_mux_held"  # parameter: a restarted node knows who has to stop first
 NAVIGATION_REST = 1.0    # [s] after the last motion by navigation, before the default may drive
 DEFAULT_TIMEOUT = 0.5    # [s] without a command of the default, after which the robot stops
 HELD = 1.0               # [s] for which it is told what was in the way
@@ -51,8 +53,9 @@ class CmdVelMux:
         inputs = (Input("hand", parameters["hand_timeout"], parameters["hand_rest"]),  # the highest first
                   Input("navigation", parameters["navigation_timeout"], NAVIGATION_REST, zeros_of_all=True),
                   Input("default", DEFAULT_TIMEOUT, 0.0))
-        self._arbiter = Arbiter(inputs)
+        self._arbiter = Arbiter(inputs, kept_names(STAND_FIRST))
         self._lock = threading.Lock()
+        self._held = KeptParameter(STAND_FIRST, self._tell_held)
         self._timeouts = {name: timeout for name, timeout, *_ in inputs}
         self._commands = dict.fromkeys(self._timeouts, 0)
         self._refusal = ""
@@ -106,11 +109,16 @@ class CmdVelMux:
 
     def _on_pressed_by(self, message):
         with self._lock:
-            self._pressed_by = message.data
+            before, self._pressed_by = self._pressed_by, message.data
             self._send(self._arbiter.emergency_stop(bool(message.data), boot_time()))
-        if message.data:
-            self._cancel.publish(GoalID())  # every goal: else move_base would drive on once it has paused
+        if message.data or before:  # every goal: move_base would drive on; at the end those that it has got meanwhile
+            self._cancel.publish(GoalID())
+        self._held.changed()
         self._tell_driver()
+
+    def _tell_held(self):
+        with self._lock:
+            return self._arbiter.held(boot_time())
 
     def _on_stand(self, message):
         if 0.0 < message.data <= LONGEST_STAND:

@@ -16,7 +16,7 @@ from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.sensor_view import reading_of
 from robotont_teleop.mux.guard import PERIODS, REACTION, Guard
 
-DECELERATION = 1.5  # [m/s^2] where the driver has no limit of its own
+DECELERATION = 1.5  # [m/s^2] at most; less where the driver has a lower limit, or the robot is heavy
 
 
 def make_guard(blind_speed, guard=None):
@@ -44,10 +44,10 @@ class SensingGuard(Guard):
     def measure(self, wheels):
         """Another robot may run by now."""
         limits = [rospy.get_param(f"driver_node/max_linear_{limit}eleration", 0.0) for limit in ("acc", "dec")]
-        limits = [limit for limit in limits if is_number(limit) and limit]  # driver_node refuses what is none
-        self._base_frame = rospy.get_param("odom_node/base_frame", "base_link").lstrip("/")
-        self._body, self._braking = body(wheels), min(limits, default=DECELERATION)
-        self._reaction = max(REACTION, PERIODS / wheels.pid_frequency)
+        force = wheels.amount * wheels.motor.stall_torque * wheels.gear / max(wheels.radii) / 4  # [N] that brake it
+        self._braking = min([DECELERATION, force / wheels.mass, *(one for one in limits if is_number(one) and one > 0)])
+        self._base_frame = str(rospy.get_param("odom_node/base_frame", "base_link")).lstrip("/")
+        self._body, self._reaction = body(wheels), max(REACTION, PERIODS / wheels.pid_frequency)
 
     def _has_sensor(self):  # a scanner that is there has not spoken yet, or is dead; each board's `range` is there
         return super()._has_sensor() or self._scan.get_num_connections() > 0

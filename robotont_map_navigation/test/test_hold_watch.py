@@ -1,6 +1,7 @@
 """When a robot stands, and when it counts as held, by what is commanded and what its wheels measure."""
 
 import itertools
+import math
 import random
 
 import pytest
@@ -8,6 +9,8 @@ import pytest
 from robotont_driver.command.limits import Limits, limit_acceleration
 from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_driver.robots.robot_folder import read_robot
+from robotont_map_navigation.held import FELT as FELT_AT
+from robotont_map_navigation.held import FRONT
 from robotont_map_navigation.hold_watch import FELT, FREE, LAG, STAND, TRIES, HoldWatch
 from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
@@ -63,6 +66,13 @@ def test_stands_far_from_each_other_never_end_a_goal():
     stands, held = verdicts(lambda now: AHEAD, lambda now: REST if now % (2 * stuck) < stuck else AHEAD, 30.0)
     assert len(stands) > TRIES
     assert held is None
+
+
+def test_what_is_felt_lies_where_the_camera_looks_so_that_a_scan_clears_it_again():
+    """Seen from 0.1 m before the robot's middle, with a cell of 0.025 m to spare; plans keep 0.19 m free."""
+    for (off, _), side in itertools.product(FELT_AT, FRONT):
+        ahead, aside = (0.19 + off) * math.cos(side) - 0.1, (0.19 + off) * abs(math.sin(side))
+        assert math.atan2(aside + 0.025, ahead) < 1.03 / 2
 
 
 def test_commands_that_ask_for_nothing_prove_nothing():

@@ -20,7 +20,9 @@ NOTHING = 0.0, 0.0, 0.0
 # [m] from the edge that plans keep free to what is felt, and its height: the local costmap takes the lower one, that no
 # motion may touch, the global one the higher one, so that plans begin outside of it
 FELT = (0.0, 0.05), (0.06, 0.15)
-FRONT = [step / 10 for step in range(-5, 6)]  # [rad] from the direction of travel, where it may be
+# [rad] from the direction of travel, where it may be: so little that a camera at the front sees past it, or no scan
+# would ever clear it
+FRONT = -0.1, 0.0, 0.1
 
 
 class Held:

@@ -7,6 +7,7 @@ same body on wheels whose speeds are held exactly, which is what rollers and flo
 """
 
 import math
+import sys
 from unittest import mock
 
 import matplotlib
@@ -21,13 +22,16 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import BODY_MASS
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware import config
-from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.mujoco_model import ROLLERS, TIMESTEP
 from robotont_simulator.simulated_board import make_simulation
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
+from robotont_testing import places
 from robotont_testing.figures import percentile, row
 from robotont_testing.simulated_wheels import PERIOD, path_of
+
+sys.path.append(str(places.package("robotont_simulator") / "test"))
+from lockstep import LockstepRun
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt

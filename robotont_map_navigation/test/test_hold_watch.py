@@ -3,6 +3,7 @@
 import itertools
 import math
 import random
+import sys
 
 import pytest
 
@@ -12,9 +13,12 @@ from robotont_driver.robots.robot_folder import read_robot
 from robotont_map_navigation.held import FELT as FELT_AT
 from robotont_map_navigation.held import FRONT
 from robotont_map_navigation.hold_watch import FELT, FREE, LAG, STAND, TRIES, HoldWatch
-from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
+from robotont_testing import places
+
+sys.path.append(str(places.package("robotont_simulator") / "test"))
+from lockstep import LockstepRun
 
 PERIOD = 0.02  # [s] between two twists of the odometry, of every folder's board
 AHEAD = 0.2, 0.0, 0.0

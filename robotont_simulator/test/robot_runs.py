@@ -4,9 +4,9 @@ import math
 from pathlib import Path
 
 import numpy as np
+from lockstep import LockstepRun
 
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World, read_world
 from robotont_testing.robots import SHIPPED

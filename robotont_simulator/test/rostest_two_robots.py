@@ -9,7 +9,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
-from robotont_simulator.company import APART
+from robotont_simulator.surroundings import APART
 from robotont_testing.harness import Processes, wait_for
 from robotont_testing.node_test import NodeTest
 

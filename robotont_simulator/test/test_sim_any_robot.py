@@ -6,10 +6,10 @@ import sys
 import numpy as np
 import pytest
 from any_robot import CORNERS, SILENCE, SPEEDS, ZEROS, Case, draw
+from lockstep import LockstepRun
 from robot_runs import EMPTY
 
 from robotont_driver.kinematics.wheel_params import no_load_speeds, read_wheels
-from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
 from robotont_testing.robots import SHIPPED
 

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from lockstep import LockstepRun
 from robot_runs import EMPTY
 
 from robotont_description.geometry import robot_radius
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_simulator.company import shared
-from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
+from robotont_simulator.surroundings import shared
 from robotont_testing.robots import SHIPPED
 
 WHEELS = read_wheels(SHIPPED)
@@ -18,9 +18,8 @@ WHEELS = read_wheels(SHIPPED)
 
 def test_who_is_who():
     for namespace in ("/", "/anything/"):
-        assert shared(EMPTY, 1, namespace) == (EMPTY, [])
-    world, others = shared(EMPTY, 3, "/robot2/")
-    assert (world.others, others) == (2, [1, 3])
+        assert shared(EMPTY, 1, namespace) == EMPTY
+    assert shared(EMPTY, 3, "/robot2/").others == (1, 3)
     for namespace in ("/", "/robot4/", "/robot0/", "/other/"):
         with pytest.raises(ValueError, match=f"found the namespace {namespace} of 3 robots, allowed: robot1 to robot3"):
             shared(EMPTY, 3, namespace)
@@ -29,12 +28,12 @@ def test_who_is_who():
 @pytest.mark.parametrize("start, robot, found", [
     ((1.0, 2.0, 0.0), 3, (1.0, 3.0, 0.0)), ((1.0, 2.0, math.pi / 2), 2, (0.5, 2.0, math.pi / 2))])
 def test_they_start_side_by_side(start, robot, found):
-    world, _ = shared(EMPTY._replace(start=start), 3, f"/robot{robot}/")
+    world = shared(EMPTY._replace(start=start), 3, f"/robot{robot}/")
     assert world.start == pytest.approx(found)
 
 
 def test_it_sees_another_and_is_stopped_by_it():
-    run = LockstepRun(Simulation(WHEELS, EMPTY._replace(others=2)))
+    run = LockstepRun(Simulation(WHEELS, EMPTY._replace(others=(2, 3))))
     simulation, radius = run.simulation, robot_radius(WHEELS)
     run.hold((0.0, 0.0, 0.0), 0.2)
     assert simulation.scan(np.zeros(1), 0.1, 5.0) == [math.inf]

@@ -5,6 +5,7 @@ import random
 
 import numpy as np
 import pytest
+from lockstep import LockstepRun
 from robot_runs import run_in, tilt
 
 from robotont_driver.command.command_stream import CommandStream
@@ -13,7 +14,6 @@ from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_driver.protocol.board_status import DRIVER_FAULT, NO_COUNTS, WRONG_WAY
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware import config
-from robotont_simulator.lockstep import LockstepRun
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 

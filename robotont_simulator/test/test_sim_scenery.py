@@ -82,7 +82,8 @@ def test_the_camera_sees_colours_distances_and_the_line():
 
 @in_own_process
 def test_the_camera_sees_another_robot_where_it_is():
-    lens = camera.Camera(WHEELS, read_world(ROOT / "config" / "worlds" / "empty.yaml")._replace(others=1), 64, 48, 1.57)
+    world = read_world(ROOT / "config" / "worlds" / "empty.yaml")._replace(others=(2,))
+    lens = camera.Camera(WHEELS, world, 64, 48, 1.57)
     lens.put(1, 1.0, 0.0)
     lens.look((0.0, 0.0, 0.0))
     assert lens.depth()[24, 32] == pytest.approx(1000 * (1.0 - robot_radius(WHEELS) - camera_place(WHEELS)[0]), abs=15)

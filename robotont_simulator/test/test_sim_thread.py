@@ -11,8 +11,8 @@ from robotont_simulator.simulator_node import SimulatorNode
 
 def test_its_death_is_an_error_in_the_diagnostics():
     node = SimulatorNode.__new__(SimulatorNode)
-    node._late_before, node._died, node._stopping = 0, "", threading.Event()
-    node._simulation, node._pace = types.SimpleNamespace(time=1.0), types.SimpleNamespace(late=0)
+    node._late, node._late_before, node._died, node._stopping = 0, 0, "", threading.Event()
+    node._simulation = types.SimpleNamespace(time=1.0)
     node._advance = node._stopping.set
     node._run()
     assert node._report()[0] == OK

@@ -11,7 +11,7 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes.odom_node import planar
 from robotont_driver.odometry.odometry import WheelOdometry
-from robotont_simulator.sensors import is_reset
+from robotont_simulator.surroundings import is_reset
 from robotont_simulator.world import World, box, draw_map, read_world, write_map
 from robotont_testing.robots import SHIPPED
 

@@ -1,6 +1,7 @@
 """A hand drives the simulated robot through guard, limits and firmware, faster than real time."""
 
 import math
+import sys
 from collections import deque
 
 import numpy as np
@@ -10,14 +11,16 @@ from robotont_driver.command.limits import Limits
 from robotont_driver.kinematics.se2 import compose
 from robotont_driver.robots.robot_folder import read_wheel_file
 from robotont_driver.ros.board_topics import FIELD_OF_VIEW, SENSORS
-from robotont_simulator.lockstep import LockstepRun
-from robotont_simulator.sensors import SCAN_FARTHEST, SCAN_NEAREST
 from robotont_simulator.simulation import Simulation
+from robotont_simulator.simulator_node import SCAN_FARTHEST, SCAN_NEAREST
 from robotont_simulator.world import World
 from robotont_teleop.hand.sensor_view import FAN
 from robotont_teleop.mux.guard import Guard
 from robotont_testing import places
 from robotont_testing.simulated_wheels import touches
+
+sys.path.append(str(places.package("robotont_simulator") / "test"))
+from lockstep import LockstepRun
 
 RADIUS = 0.15  # [m] of the footprint
 BODY = RADIUS, 0.0175, 0.162  # [m]

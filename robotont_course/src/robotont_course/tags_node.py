@@ -91,8 +91,7 @@ class TagsNode:
     def _on_image(self, image):
         if self._matrix is None:
             return
-        pixels = np.frombuffer(image.data, np.uint8).reshape(image.height, -1)[:, :3 * image.width]
-        pixels = pixels.reshape(image.height, image.width, 3)
+        pixels = np.ndarray((image.height, image.width, 3), np.uint8, image.data, strides=(image.step, 3, 1))
         grey = cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY)
         found = self._detector.find(grey, self._matrix)
         if found:

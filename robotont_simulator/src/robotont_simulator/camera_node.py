@@ -1,7 +1,4 @@
-"""The simulated robot's depth camera, under the names of realsense2_camera. It renders what somebody listens to.
-
-By MuJoCo's renderer without a screen.
-"""
+"""The simulated robot's depth camera, under the names of realsense2_camera: renders what somebody listens to."""
 
 import functools
 import io
@@ -11,8 +8,6 @@ import time
 import mujoco
 import numpy as np
 import rospy
-import tf2_ros
-from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from PIL import Image as Picture
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
@@ -21,8 +16,8 @@ from robotont_driver.kinematics import se2
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.worker import Worker
-from robotont_simulator import company
 from robotont_simulator.mujoco_model import BODY_GROUP, Scene
+from robotont_simulator.surroundings import ROBOTS, watch, watch_visitor, world_of
 
 PARAMETERS = (
     Parameter("world", "", "file of the world, as of simulator_node"),
@@ -33,7 +28,7 @@ PARAMETERS = (
     Parameter("samples", 0, "per pixel: 4 smooths edges, for the angles of far tags, and takes three times as long",
               minimum=0, maximum=16),
     Parameter("frame_prefix", "", "before the names of frames"),
-    company.ROBOTS,
+    ROBOTS,
 )
 COLOUR, DEPTH, ALIGNED = "camera/color", "camera/depth", "camera/aligned_depth_to_color"
 TOPICS = {COLOUR + "/image_raw": Image, COLOUR + "/image_raw/compressed": CompressedImage,
@@ -98,17 +93,14 @@ class CameraNode:
     """Renders in a thread of its own."""
 
     def __init__(self, _name, wheels, parameters):
-        world, self._others = company.world_of(parameters)
-        self._size, self._period = (parameters["width"], parameters["height"]), 1 / parameters["rate"]
-        self._camera = Camera(wheels, world, *self._size, parameters["field_of_view"], parameters["samples"])
-        self._due, self._truth = 0.0, None
-        prefix = parameters["frame_prefix"] + "camera_"
-        self._frames = {COLOUR: prefix + "color_optical_frame", DEPTH: prefix + "depth_optical_frame",
-                        ALIGNED: prefix + "color_optical_frame"}
-        self._broadcaster = tf2_ros.StaticTransformBroadcaster()
-        self._broadcaster.sendTransform([optical(prefix + "link", self._frames[one]) for one in (COLOUR, DEPTH)])
+        world = world_of(parameters)
+        self._others = world.others
+        size, self._period = (parameters["width"], parameters["height"]), 1 / parameters["rate"]
+        self._camera = Camera(wheels, world, *size, parameters["field_of_view"], parameters["samples"])
+        self._info = info(*size, self._camera.focal_length)
+        self._due, self._truth, self._frame = 0.0, None, parameters["frame_prefix"] + "camera_{}_optical_frame"
         self._publishers = {name: rospy.Publisher(name, kind, queue_size=1) for name, kind in TOPICS.items()}
-        company.watch_visitor(self._camera.put)
+        watch_visitor(self._camera.put)
         Worker(self._work)
 
     def _on_truth(self, message):
@@ -120,7 +112,7 @@ class CameraNode:
         if not wanted:
             return LOOK
         if self._others is not None:
-            company.watch(self._others, self._camera.put)
+            watch(self._others, self._camera.put)
             rospy.Subscriber("ground_truth/odom", rospy.AnyMsg, self._on_truth, queue_size=1)
             self._others = None
         truth, self._truth = self._truth, None
@@ -133,45 +125,27 @@ class CameraNode:
 
     def _publish(self, truth, wanted):
         """What the camera sees from where the robot truly was."""
-        try:
-            self._camera.look(se2.pose_of(truth.pose.pose))
-        except (ImportError, RuntimeError, AttributeError) as error:
-            rospy.logfatal("no camera: %s; sudo apt-get install libegl-mesa0 libosmesa6", error)
-            rospy.signal_shutdown("no camera")
-            return
+        self._camera.look(se2.pose_of(truth.pose.pose))
         colour, depth = map(functools.lru_cache(None), (self._camera.colour, self._camera.depth))  # rendered once
         for topic in wanted:
             lens, kind = "/".join(topic.split("/")[:2]), TOPICS[topic]
             if kind is CameraInfo:
-                message = info(*self._size, self._camera.focal_length)
+                message = self._info
             elif kind is CompressedImage:
-                message = jpeg(colour())
+                data, message = io.BytesIO(), CompressedImage(format="jpeg")
+                Picture.fromarray(colour()).save(data, "JPEG", quality=JPEG_QUALITY)
+                message.data = data.getvalue()
             else:
                 message = picture(colour(), "rgb8") if lens == COLOUR else picture(depth(), "16UC1")
-            message.header.stamp, message.header.frame_id = truth.header.stamp, self._frames[lens]
+            message.header.stamp = truth.header.stamp
+            message.header.frame_id = self._frame.format("depth" if lens == DEPTH else "color")
             self._publishers[topic].publish(message)
-
-
-def optical(parent, child):
-    """The static transform to an optical frame: z forward, x right, y down (REP 103)."""
-    transform = TransformStamped(child_frame_id=child)
-    transform.header.frame_id = parent
-    rotation = transform.transform.rotation
-    rotation.x, rotation.y, rotation.z, rotation.w = -0.5, 0.5, -0.5, 0.5
-    return transform
 
 
 def picture(pixels, encoding):
     """The Image of an array of pixels."""
     height, width = pixels.shape[:2]
     return Image(height=height, width=width, encoding=encoding, step=pixels.strides[0], data=pixels.tobytes())
-
-
-def jpeg(pixels):
-    """The CompressedImage of a picture, height x width x 3."""
-    data = io.BytesIO()
-    Picture.fromarray(pixels).save(data, "JPEG", quality=JPEG_QUALITY)
-    return CompressedImage(format="jpeg", data=data.getvalue())
 
 
 def info(width, height, focal_length):

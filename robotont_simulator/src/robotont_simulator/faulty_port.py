@@ -3,7 +3,6 @@
 import contextlib
 import os
 import random
-import select
 import tty
 
 from robotont_driver.link import serial_port
@@ -20,11 +19,11 @@ class Port:
         self.link, self._spoil_commands = link, spoil_commands
         self.byte_errors = 0.0
         self._random = random.Random(seed)
-        self._master = None
+        self._master = -1  # unplugged
 
     def plug(self):
         """Appear, if not there. Raises ValueError when the name cannot be used, or belongs to another process."""
-        if self._master is not None:
+        if self._master >= 0:
             return
         if os.path.lexists(self.link) and not os.path.islink(self.link):
             raise ValueError(f"{self.link}: found something that is no link, allowed: a new name")
@@ -48,30 +47,25 @@ class Port:
 
     def unplug(self):
         """Vanish, name and line."""
-        if self._master is not None:
+        if self._master >= 0:
             with contextlib.suppress(FileNotFoundError):
                 os.unlink(self.link)
             os.close(self._master)
-            self._master = None
+            self._master = -1
 
     def read(self, size):
         """At most `size` bytes that the PC has written."""
-        if self._master is None or not select.select([self._master], [], [], 0)[0]:
-            return b""
         try:
             data = os.read(self._master, size)
-        except OSError:  # no process has the port open
+        except OSError:  # there is nothing, no process has the port open, or it is unplugged
             return b""
         return self._spoil(data) if self._spoil_commands else data
 
     def write(self, data):
         """Send bytes to the PC; lost while unplugged, or when no process reads."""
-        if self._master is not None:
-            with contextlib.suppress(OSError):
-                os.write(self._master, self._spoil(data))
+        with contextlib.suppress(OSError):
+            os.write(self._master, self._spoil(data))
 
     def _spoil(self, data):
-        if not self.byte_errors:
-            return data
         return bytes(self._random.randrange(256) if self._random.random() < self.byte_errors else byte
                      for byte in data)

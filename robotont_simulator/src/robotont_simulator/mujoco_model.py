@@ -21,7 +21,7 @@ VOLTAGE = 12.0         # [V] at which the robot's motors are what its wheel para
 GEAR_FRICTION = 0.04   # part of the stall torque that the gearbox costs
 LEAST_BODY = 0.1       # [kg] without wheels
 SEEN_BY = 0.03         # [m] by which another robot is higher than its laser
-WORLD_GROUP, BODY_GROUP, PAINT_GROUP = 0, 1, 2  # the laser sees the world
+WORLD_GROUP, BODY_GROUP, PAINT_GROUP = 0, 1, 2  # MuJoCo's own, which the laser sees, and two that it does not
 
 # Elliptic cones and the stiffness ratio keep rollers from creeping sideways; contacts are stiff, for rollers pressed
 # flat make the wheel smaller. The light is even and without reflections, so that colours look the same everywhere.
@@ -35,10 +35,8 @@ HEAD = f"""
   </visual>
   <asset><texture type="skybox" builtin="flat" rgb1="0.75 0.82 0.9" width="8" height="48"/></asset>
   <default>
-    <geom contype="1" conaffinity="1" group="{WORLD_GROUP}"/>
     <default class="paint"><geom contype="0" conaffinity="0" group="{PAINT_GROUP}"/></default>
     <default class="body"><geom type="cylinder" contype="2" group="{BODY_GROUP}"/></default>
-    <default class="hub"><geom type="cylinder" mass="0.12" contype="0" conaffinity="0" group="{BODY_GROUP}"/></default>
     <default class="roller">
       <joint axis="1 0 0" damping="2e-6" armature="1e-7"/>
       <geom type="ellipsoid" mass="0.004" friction="{FRICTION} 0.005 0.0001" solref="0.005 1" priority="1"
@@ -80,7 +78,7 @@ def _build(wheels, world, painted):
     other = _mocap(radius, laser_height(wheels) + SEEN_BY, "0.2 0.3 0.5 1")
     return "\n".join([
         HEAD, *(_geom(shape) for shape in world.shapes if painted or shape.solid),
-        _mocap(VISITOR_RADIUS, HEIGHT, "0.5 0.5 0.5 1"), *[other] * world.others,
+        _mocap(VISITOR_RADIUS, HEIGHT, "0.5 0.5 0.5 1"), *[other] * len(world.others),
         f"""<body name="base_link" pos="{x} {y} 0" euler="0 0 {yaw}"> <freejoint/>
         <geom name="body" class="body" size="{radius} {BODY_HEIGHT / 2}" pos="0 0 {CLEARANCE + BODY_HEIGHT / 2}"
           mass="{mass}"/>
@@ -121,7 +119,7 @@ def _wheel(wheels, number):
         xyaxes="{math.cos(direction)} {math.sin(direction)} 0 0 0 -1">
       <joint name="wheel{number}" axis="0 0 1" frictionloss="{motor.stall_torque * gear * GEAR_FRICTION}"
         armature="{motor.rotor_inertia * gear ** 2}"/>
-      <geom class="hub" size="{0.55 * radius} {1.6 * ROW_OFFSET}"/>
+      <geom class="body" size="{0.55 * radius} {1.6 * ROW_OFFSET}" mass="0.12" contype="0" conaffinity="0"/>
       <frame pos="0 0 {-ROW_OFFSET}">{row}</frame>
       <frame pos="0 0 {ROW_OFFSET}" euler="0 0 {math.pi / ROLLERS}">{row}</frame>
     </body>"""

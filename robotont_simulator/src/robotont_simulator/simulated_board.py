@@ -1,7 +1,6 @@
 """Boards on the simulated robot: with this project's firmware (see robotont_firmware.main_loop), or an official one."""
 
 import math
-import time
 import types
 
 import numpy as np
@@ -29,15 +28,16 @@ def configuration(wheels, mass, inertia):
     Raises ValueError, with what was found and what is allowed, for a robot that the firmware cannot drive.
     """
     motor, radius = wheels.motor, sum(wheels.radii) / wheels.amount
+    # how the wheels follow each other in the direction in which they turn the robot
+    steps = np.sin(np.diff([*wheels.directions, wheels.directions[0]])) * np.sign(sum(wheels.levers))
     turned = motor.rotor_inertia + HOLLOW * WHEEL_MASS * (radius / wheels.gear) ** 2
+    rate = wheels.pid_frequency
     numbers = types.SimpleNamespace(**{
-        **{name: value for name, value in vars(config).items() if name.isupper()},
-        **numbers_of(wheels._replace(mass=mass)), "PROFILE": "simulated", "EVEN": int(is_even(wheels)),
-        "INERTIA": round(1e7 * inertia),
+        **vars(config), **numbers_of(wheels._replace(mass=mass)), "PROFILE": "simulated",
+        "INERTIA": round(1e7 * inertia), "RATE": rate if rate % 1 else int(rate),
+        "EVEN": int(np.ptp(steps) <= EVEN and steps.sum() > 0),
         "TIME_CONSTANT": round(1e3 * turned * motor.no_load_speed / motor.stall_torque)})
     try:
-        if wheels.pid_frequency != numbers.RATE:
-            raise ValueError(f"config.RATE: found {wheels.pid_frequency:g}, allowed: whole Hz")
         robot_numbers.check(numbers)
     except ValueError as error:
         raise ValueError(f"the firmware cannot drive this robot: {error}. config.EDGES is "
@@ -45,34 +45,6 @@ def configuration(wheels, mass, inertia):
                          "100 * gearboxReductionRatio, MASS 1000 * robotMass, NO_LOAD_SPEED 10 * motorNoLoadSpeed, "
                          "STALL_TORQUE 1000000 * motorStallTorque") from None
     return numbers
-
-
-def is_even(wheels):
-    """Whether the wheels follow each other at even angles in the direction in which they turn the robot."""
-    steps = np.sin(np.diff([*wheels.directions, wheels.directions[0]])) * np.sign(sum(wheels.levers))
-    return np.ptp(steps) <= EVEN and steps.sum() > 0
-
-
-class Pace:
-    """Even periods [s], as those of a hardware timer, however late this program wakes up; for a thread.
-
-    A stall is made up for; of one that is longer than `longest` [s] whole periods are skipped.
-    """
-
-    def __init__(self, period, longest):
-        self._period, self._longest = period, longest
-        self.due = time.monotonic()  # [s] when the newest period was over
-        self.late = 0  # stalls after which time was skipped
-
-    def wait(self):
-        """Sleep until the next period is over."""
-        self.due += self._period
-        ahead = self.due - time.monotonic()
-        if ahead > 0:
-            time.sleep(ahead)
-        elif ahead < -self._longest:
-            self.late += 1
-            self.due += self._period * (-ahead // self._period)
 
 
 class SimulatedBoard:
@@ -92,7 +64,7 @@ class SimulatedBoard:
         self._controller, self._cause, self._dark = None, "simulated", 0  # dark: [periods] that it will do nothing
 
     def advance(self, wait):
-        """Let a period pass, `wait()` until it is over, and send its packet; true."""
+        """Let a period pass, `wait()` until it is over, and send its packet."""
         if not self._controller and not self._dark:
             self._controller = Controller(self, self._numbers, self._wheels.amount, self._cause)
             self._controller.start()
@@ -103,7 +75,6 @@ class SimulatedBoard:
         else:
             self._dark -= 1
             self.line.read(4096)  # lost
-        return True
 
     def fail(self):
         """Let the board's supply break down."""
@@ -155,14 +126,14 @@ class OfficialFirmware:
     def __init__(self, name, simulation, line):
         self.simulation, self.line = simulation, line
         self._board = BOARDS[name](simulation)
-        self._looks, self.dead = 0, ""  # dead: cause of the board's halt
+        self.dead = ""  # cause of the board's halt
 
     def advance(self, wait):
-        """`wait()` for the next look at the line, and let the time until it pass; whether 20 ms are over."""
-        wait()
+        """Let 20 ms pass; `wait()` for each look at the line in them."""
         board = self._board
-        for line in self.line.read(4096).splitlines(keepends=True):
-            board.receive(line, board.now)
-        self.line.write(board.advance(board.now + LOOK))
-        self._looks, self.dead = self._looks + 1, board.dead
-        return self._looks % LOOKS == 0
+        for _ in range(LOOKS):
+            wait()
+            for line in self.line.read(4096).splitlines(keepends=True):
+                board.receive(line, board.now)
+            self.line.write(board.advance(board.now + LOOK))
+        self.dead = board.dead

@@ -1,4 +1,4 @@
-"""The physics: body, wheels, motors, encoders and a laser scanner, moved on period by period."""
+"""The physics: body, wheels, motors, encoders, gyro and a laser scanner, moved on period by period."""
 
 import math
 
@@ -7,20 +7,44 @@ import numpy as np
 
 from robotont_description.geometry import laser_height
 from robotont_driver.kinematics.se2 import between
-from robotont_simulator.imu import GRAVITY, ImuErrors
 from robotont_simulator.mujoco_model import FRICTION, TIMESTEP, VOLTAGE, WORLD_GROUP, Scene
 
 JAMMED = 50.0      # [N m] friction of a wheel that something holds: more than any motor
 PUSH_DURATION = 0.3  # [s] that a push takes
 PUSH_LIFT = 1.0      # part of the robot's weight that a push takes off its wheels, as a person carrying the robot would
+GRAVITY = 9.81  # [m/s^2]
+# Of the three axes of the gyro [rad/s] and of the accelerometer [m/s^2]: noise per sqrt(Hz), standard deviations of the
+# offset at the start and of the scale's error, walk of the offset per sqrt(s)
+NOISE, BIAS, SCALE, DRIFT = np.repeat([
+    (math.radians(0.014), 150e-6 * GRAVITY), (math.radians(0.5), 5e-3 * GRAVITY), (3e-4, 0.0), (1e-5, 1e-4)], 3, axis=1)
+
+
+class ImuErrors:
+    """Errors of a Bosch BMI055, as in Intel's D435i, at `rate` [Hz]; the same for the same generator and calls.
+
+    Data sheet: gyro noise 0.014 deg/s/sqrt(Hz), zero-rate offset of 1 deg/s; accelerometer noise 150 ug/sqrt(Hz),
+    zero-g offset 70 mg, of which a calibrated one keeps little. The walk of the biases and the error of the gyro's
+    scale (1 % from the factory) are those that a gyro has after a calibration at about constant temperature.
+    """
+
+    def __init__(self, rate, generator):
+        self._random, self._walk = generator, DRIFT / math.sqrt(rate)
+        self.scale, self.bias = 1.0 + SCALE * generator.standard_normal(6), BIAS * generator.standard_normal(6)
+        self.deviation = NOISE * math.sqrt(rate)  # of a single reading
+
+    def measure(self, readings):
+        """What the device reports for true ones: angular velocity [rad/s], acceleration [m/s^2], 6 numbers."""
+        walk, noise = self._random.standard_normal((2, 6))
+        self.bias = self.bias + self._walk * walk
+        return self.scale * readings + self.bias + self.deviation * noise
 
 
 class Simulation(Scene):
     """A robot with `Wheels` in a `World`. Deterministic for a seed and a sequence of calls.
 
-    imu_rate: [Hz] of an inertial measurement unit, at most; as many whole steps of the physics as divide the period
-    lie between two readings. 0: none. May be changed: voltage [V] of the battery; efforts, n, -1..1 of it on motors, 0
-    lets them coast; encoders, n, 1 good, 0 unplugged, -1 reversed; powered, n, whether a motor gets any current.
+    imu_rate: [Hz] of an inertial measurement unit: so many readings in a period as have the same whole number of steps
+    of the physics, one at least. May be changed: voltage [V] of the battery; efforts, n, -1..1 of it on motors, 0 lets
+    them coast; encoders, n, 1 good, 0 unplugged, -1 reversed; powered, n, whether a motor gets any current.
     """
 
     def __init__(self, wheels, world, seed=0, imu_rate=0.0):
@@ -30,20 +54,19 @@ class Simulation(Scene):
         self._steps = max(1, round(1.0 / wheels.pid_frequency / TIMESTEP))
         model.opt.timestep = 1.0 / wheels.pid_frequency / self._steps
         self._body = model.body("base_link").id
-        joints = [model.joint(f"wheel{wheel}") for wheel in range(wheels.amount)]
-        self._angles, self._dofs = (np.concatenate([getattr(joint, place) for joint in joints])
-                                      for place in ("qposadr", "dofadr"))
+        joints = model.actuator_trnid[:, 0]
+        self._angles, self._dofs = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
         self._brake, self._frictions = model.actuator_biasprm[:, 2].copy(), model.dof_frictionloss[self._dofs].copy()
         self.counters = np.random.default_rng(seed).integers(0, 0x10000, wheels.amount)  # 0..65535, from anywhere on
         self._edges = np.zeros(wheels.amount, int)  # since the start, as the wheels turned
         self.encoders, self.powered = np.ones((2, wheels.amount), int)
         self.efforts = np.zeros(wheels.amount)
         self._push_ends = self._owed = 0.0  # [s]; owed: passed on an official board, and not here
-        readings = max((part for part in range(1, self._steps + 1)
-                        if self._steps % part == 0 and part * wheels.pid_frequency <= imu_rate), default=0)
-        self._imu_steps = self._steps // readings if readings else 0
+        readings = max(part for part in range(1, self._steps + 1)
+                       if self._steps % part == 0 and part <= max(1, imu_rate / wheels.pid_frequency))
+        self._imu_steps = self._steps // readings
         self.imu_interval = self._imu_steps * model.opt.timestep  # [s] between two readings
-        self.imu_errors = ImuErrors(1 / self.imu_interval, np.random.default_rng([seed, 1])) if readings else None
+        self.imu_errors = ImuErrors(1 / self.imu_interval, np.random.default_rng([seed, 1]))
         self.imu_readings = []  # of the newest period, oldest first, as `ImuErrors.measure` returns them
         mujoco.mj_forward(model, self.data)
 
@@ -67,10 +90,7 @@ class Simulation(Scene):
         self.mujoco_model.actuator_biasprm[:, 2] = self._brake * self.powered * (self.efforts != 0)
         if self.time >= self._push_ends:
             self.data.xfrc_applied[self._body] = 0.0
-        if self.imu_errors is None:
-            mujoco.mj_step(self.mujoco_model, self.data, self._steps)
-        else:
-            self.imu_readings = [self._read_imu() for _ in range(self._steps // self._imu_steps)]
+        self.imu_readings = [self._read_imu() for _ in range(self._steps // self._imu_steps)]
         edges = np.floor(self.data.qpos[self._angles] * self.wheels.edges_per_turn / (2 * math.pi)).astype(int)
         self.counters = (self.counters + self.encoders * (edges - self._edges)) % 0x10000
         self._edges = edges

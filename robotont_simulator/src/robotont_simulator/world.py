@@ -147,7 +147,7 @@ class World(NamedTuple):
     shapes: Tuple[Shape, ...] = ()
     start: Tuple[float, float, float] = (0.0, 0.0, 0.0)  # x [m], y [m], yaw [rad]
     tags: Tuple[Tuple[float, ...], ...] = ()  # x, y [m], yaw [rad] where it looks, size [m], number
-    others: int = 0  # robots beside this one
+    others: Tuple[int, ...] = ()  # numbers of the robots beside this one
 
     @property
     def solids(self):
@@ -165,16 +165,16 @@ def read_world(file):
     if not Path(file).exists():
         others = ", ".join(sorted(other.stem for other in Path(file).resolve().parent.glob("*.yaml")))
         raise ValueError(f"world: found no file {file}, allowed: {others or 'a file that is there'}")
-    keys = (*KEYS, "start")
     allowed = f"{', '.join(KEYS)} and start"
     content, _ = read_mapping(file, allowed)
-    unknown = set(content) - set(keys)
+    unknown = set(content) - {*KEYS, "start"}
     if unknown:
         raise ValueError(f"{file}: found {', '.join(sorted(map(shown, unknown)))}, allowed: {allowed}")
     start, found = content.pop("start", [0, 0, 0]), []
     if not are_numbers(start, 3):
         raise ValueError(fault(f"{file}: start", start, f"lists of 3 numbers up to {LARGEST_NUMBER:g}"))
-    for kind, entries in sorted(content.items(), key=lambda one: keys.index(one[0])):
+    for kind in KEYS:
+        entries = content.get(kind)
         if not isinstance(entries, list) and entries is not None:
             raise ValueError(fault(f"{file}: {kind}", entries, f"a list of lists of {KEYS[kind][2]}"))
         for entry in entries or ():

@@ -1,4 +1,4 @@
-"""A PC and a board in one process, as fast as the machine allows: for programs, tests and benchmarks."""
+"""A PC and a board in one process, as fast as the machine allows: for tests, benchmarks and python3 -i."""
 
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.odometry.odometry import WheelOdometry

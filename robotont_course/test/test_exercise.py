@@ -2,7 +2,6 @@
 
 import contextlib
 import csv
-import math
 import os
 import re
 import subprocess
@@ -145,7 +144,7 @@ class Standing:
     """A `stage.Witness` of a robot that stands."""
 
     def __init__(self):
-        self.commands, self.nodes, self.bad, self._begin = [], [], math.inf, time.monotonic()
+        self.commands, self._begin = [], time.monotonic()
 
     heard = property(lambda self: time.monotonic())
     rows = property(lambda self: [
@@ -169,6 +168,28 @@ def test_how_a_program_ended_is_told(program, said, tmp_path, monkeypatch):
     run, ended, _ = stage.play(exercise, tmp_path / "a.py", world, Standing(), tmp_path / "home")
     assert said in "; ".join(words for _, words in judge.faults(exercise, run, ended))
     assert run.path[-1, 0] < 15.0
+
+
+@pytest.mark.parametrize("program, said", [
+    ("import time\ntime.sleep(60)\n", ""), (WRONG["endless_loop"][0], ""),
+    ("print('[/judged] Reason: new node registered with same name')", "took the name /judged")])
+def test_a_simulator_that_falls_silent_is_the_stages_fault_unless_the_program_took_its_name(
+        program, said, tmp_path, monkeypatch):
+    monkeypatch.setattr(stage, "nodes", lambda: {"/judged"})
+    monkeypatch.setattr(stage, "published", lambda robots: ())
+    printed = tmp_path / "home" / f"output_{os.getpid()}"
+    monkeypatch.setattr(Standing, "heard", property(
+        lambda self: time.monotonic() if said and not printed.stat().st_size else 0.0))
+    monkeypatch.setattr(Standing, "rows", [(0.0, *5 * [0.0]), (0.1, *5 * [0.0])])
+    (tmp_path / "home").mkdir()
+    (tmp_path / "a.py").write_text(program)
+    arguments = EXERCISES["distance"], tmp_path / "a.py", World((box(2.0, 0.0, 0.1, 4.0, 0.0),)), Standing()
+    if said:
+        run, ended, _ = stage.play(*arguments, tmp_path / "home")
+        assert said in "; ".join(words for _, words in judge.faults(arguments[0], run, ended))
+    else:
+        with pytest.raises(stage.StackError, match="the simulator has said nothing for 3 s"):
+            stage.play(*arguments, tmp_path / "home")
 
 
 def marked(environment, name):

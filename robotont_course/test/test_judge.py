@@ -1,5 +1,6 @@
 """The judge on recorded ways, right and wrong ones."""
 
+import itertools
 import math
 from pathlib import Path
 
@@ -39,8 +40,10 @@ def drive(name, corners, rest=3.0, until=math.inf):
 
 
 def program(run, **facts):
-    """A `Program` that publishes until the end."""
-    return Program(**{"commands": tuple(np.arange(0.5, run.path[-1, 0], 0.1)), "nodes": ("/mine",), **facts})
+    """A `Program` that publishes until the end; times of its commands, nodes in turn, and when one is not finite."""
+    times, nodes, bad = facts.pop("commands", np.arange(0.5, run.path[-1, 0], 0.1)), facts.pop("nodes", ("/mine",)), \
+        facts.pop("bad_command", math.inf)
+    return Program(tuple((time, node, time < bad) for time, node in zip(times, itertools.cycle(nodes))), **facts)
 
 
 def words(name, corners, rest=3.0, **facts):

@@ -92,7 +92,7 @@ def run_file(options):
     print(f"{options.file} in the exercise {options.name}, at most {exercise.limit:g} s", flush=True)
     try:
         run, program, printed = stage.perform(exercise, options.file, options.seed)
-    except stage.StageError as error:
+    except stage.StackError as error:
         print(f"the exercise could not be run: {error}", file=sys.stderr)
         return 2
     faults = judge.faults(exercise, run, program)
@@ -113,19 +113,17 @@ def run_apart(options, file):
         # a copy in a folder of its own: one that is called math.py or rospy.py would be every other's module
         result, program = Path(folder) / "result", Path(folder) / file.name
         try:
-            shutil.copy(str(file), str(program))
+            shutil.copy(str(file), folder)
             done = subprocess.run(
                 [sys.executable, sys.argv[0], options.name, str(program), "--seed", str(options.seed), "--result",
                  str(result)], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
                 check=False, timeout=EXERCISES[options.name].limit + PATIENCE)
             if program.with_suffix(".png").exists():
-                shutil.copy(str(program.with_suffix(".png")), str(file.with_suffix(".png")))
+                shutil.copy(str(program.with_suffix(".png")), str(file.parent))
             return pickle.loads(result.read_bytes()) if result.exists() else (
                 None, [(0.0, "not judged: " + done.stderr.strip()[-300:])])
-        except OSError as error:
-            return None, [(0.0, f"not judged: {error.strerror}")]
-        except subprocess.TimeoutExpired:
-            return None, [(0.0, "not judged: its run did not end")]
+        except (OSError, subprocess.TimeoutExpired) as error:
+            return None, [(0.0, f"not judged: {getattr(error, 'strerror', 'its run did not end')}")]
 
 
 def run_class(options):

@@ -23,7 +23,7 @@ class Exercise(NamedTuple):
     limit: float     # [s] from the program's start
     spread: Tuple[float, float, float]  # [m, m, rad] by which the start differs, at most
     goal: Callable[[Run], str]
-    camera: str = ""  # width x height of the camera's pictures; empty: none
+    camera: Tuple[int, ...] = ()  # width and height of the camera's pictures; empty: none
     tags: float = 0.0  # [m] size of the tags that are looked for; 0: none
 
 
@@ -119,9 +119,9 @@ EXERCISES = {
     "square": Exercise("empty", 40.0, (1.0, 1.0, 3.1), square),
     "distance": Exercise("bangbang", 25.0, (0.5, 0.4, 0.05), keep_distance),
     "between": Exercise("between", 25.0, (0.3, 0.25, 0.2), between),
-    "line": Exercise("line", 50.0, (0.1, 0.05, 0.15), follow_line, "424x240"),
-    "colors": Exercise("colors", 40.0, (0.2, 0.2, 3.1), find_red, "424x240"),
-    "tag": Exercise("tags", 30.0, (0.4, 0.1, 0.25), before_tag(1, 0.53, 0.67, 0.1), "640x360", 0.25),
-    "maze": Exercise("tags", 120.0, (0.2, 0.1, 0.25), before_tag(5, 0.3, 1.0), "640x360", 0.25),
+    "line": Exercise("line", 50.0, (0.1, 0.05, 0.15), follow_line, (424, 240)),
+    "colors": Exercise("colors", 40.0, (0.2, 0.2, 3.1), find_red, (424, 240)),
+    "tag": Exercise("tags", 30.0, (0.4, 0.1, 0.25), before_tag(1, 0.53, 0.67, 0.1), (640, 360), 0.25),
+    "maze": Exercise("tags", 120.0, (0.2, 0.1, 0.25), before_tag(5, 0.3, 1.0), (640, 360), 0.25),
     "goal": Exercise("minimaze", 100.0, (0.1, 0.1, 3.1), reach_goal),
 }

@@ -34,9 +34,7 @@ class Run(NamedTuple):
 class Program(NamedTuple):
     """What the program did."""
 
-    commands: Tuple[float, ...] = ()   # [s] of each command on cmd_vel
-    bad_command: float = math.inf      # [s] of the first that is not finite
-    nodes: Tuple[str, ...] = ()        # that published on cmd_vel
+    commands: Tuple[Tuple[float, str, bool], ...] = ()  # on cmd_vel: [s], by which node, whether finite
     status: Any = None                 # exit status; None: it ran until its end was asked for
     error: str = ""                    # last line that it wrote on its end by an error
     ended: float = math.inf            # [s]
@@ -98,14 +96,14 @@ def _status(status):
 
 def _program_faults(program, end):
     """Those that are seen without the robot, and what explains why it did not move."""
-    commands = program.commands
+    commands, nodes = [second for second, _, _ in program.commands], sorted({node for _, node, _ in program.commands})
+    bad = [second for second, _, finite in program.commands if not finite]
     if program.taken:
         yield min(program.ended, end), f"took the name {program.taken}, which is the robot's: give your node another"
-    if math.isfinite(program.bad_command):
-        yield program.bad_command, "a command that is not a number (NaN or infinite): the robot refuses it"
-    if len(program.nodes) > 1:
-        yield (min(commands), f"{len(program.nodes)} nodes publish on cmd_vel, their commands mix: "
-               + ", ".join(program.nodes))
+    if bad:
+        yield bad[0], "a command that is not a number (NaN or infinite): the robot refuses it"
+    if len(nodes) > 1:
+        yield commands[0], f"{len(nodes)} nodes publish on cmd_vel, their commands mix: {', '.join(nodes)}"
     if not commands:
         yield 0.0, f"published no geometry_msgs/Twist on cmd_vel, but on {', '.join(program.topics)}" \
             if program.topics else "published nothing on cmd_vel"
@@ -117,7 +115,7 @@ def _program_faults(program, end):
 
 def _pause(program, end):
     """The longest time without a command, if it is worth a word."""
-    times = np.array([0.0, *program.commands, min(end, program.ended)])
+    times = np.array([0.0, *(second for second, _, _ in program.commands), min(end, program.ended)])
     longest = int(np.argmax(np.diff(times)))
     pause = np.diff(times)[longest]
     if len(program.commands) < 2 or pause < LONG_PAUSE:

@@ -19,24 +19,18 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image
 
-from robotont_bringup.stack import scratch, stack
+from robotont_bringup.stack import StackError, scratch, stack
 from robotont_course import judge
 from robotont_description.geometry import robot_radius
 from robotont_driver.kinematics import se2
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_driver.rospy_repairs import rospy_internals
 from robotont_simulator.world import read_world
 
-START = 60.0      # [s] for the stack to start
 PATIENCE = 10.0   # [s] for all that a program has started to end
 SILENCE = 3.0     # [s] without the simulator's word, after which it is gone
 OUTPUT = 10 ** 7  # [bytes] that a program may write into a file, and print
 MEMORY = 6 * 2 ** 30  # [bytes] of addresses
 MARK = "ROBOTONT_EXERCISE"  # in the environment of all that the program starts
-
-
-class StageError(RuntimeError):
-    """The exercise could not be run: nothing that the program did wrong."""
 
 
 def make_world(exercise, seed, folder):
@@ -61,8 +55,7 @@ def roslaunched(exercise, folder):
     words = [launch / "simulation.launch", f"port:={folder}/board", f"world:={folder}/world.yaml", "world_map:=true",
              "composed:=true", "mux:=false"]
     if exercise.camera:
-        width, _, height = exercise.camera.partition("x")
-        words += ["depth_camera:=true", f"camera_width:={width}", f"camera_height:={height}"]
+        words += ["depth_camera:=true", *map("camera_{}:={}".format, ("width", "height"), exercise.camera)]
     return [*words, launch / "tags.launch", f"tag_size:={exercise.tags}"] if exercise.tags else words
 
 
@@ -72,7 +65,7 @@ class Witness:
     def __init__(self):
         self.rows = []           # of `judge.Run.path`, by the simulator's stamps
         self.heard = 0.0         # [s] on the steady clock: the newest
-        self.commands, self.nodes, self.bad = [], [], math.inf
+        self.commands = []       # (time, node, whether it is finite) of each
         self._subscribers = [rospy.Subscriber("ground_truth/odom", Odometry, self._on_truth, queue_size=500),
                              rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=500)]
 
@@ -85,16 +78,10 @@ class Witness:
                           math.hypot(twist.linear.x, twist.linear.y), twist.angular.z))
 
     def _on_command(self, message):
-        if not self.rows or len(self.commands) > 10 ** 5:
-            return
-        now = self.rows[-1][0]
-        self.commands.append(now)
-        node = message._connection_header["callerid"]  # noqa: SLF001
-        if node not in self.nodes:
-            self.nodes.append(node)
-        values = (message.linear.x, message.linear.y, message.angular.z)
-        if not all(map(math.isfinite, values)):
-            self.bad = min(self.bad, now)
+        if self.rows and len(self.commands) <= 10 ** 5:
+            values = message.linear.x, message.linear.y, message.angular.z
+            self.commands.append((self.rows[-1][0], message._connection_header["callerid"],  # noqa: SLF001
+                                  all(map(math.isfinite, values))))
 
 
 def start_program(file, output):
@@ -137,77 +124,61 @@ def end_program(process, name):
 
 
 def perform(exercise, file, seed):
-    """(`judge.Run`, `judge.Program`, what it printed) of a program's run. Raises StageError."""
+    """(`judge.Run`, `judge.Program`, what it printed) of a program's run. Raises StackError."""
     with scratch() as folder:
         world = make_world(exercise, seed, folder)
-        with stack(folder, *roslaunched(exercise, folder)) as process:
-            def wait_for(condition, what):
-                end = time.monotonic() + START
-                while not condition():
-                    if process.poll() is not None:
-                        raise StageError(end_of(Path(folder) / "stack.log", 3000))
-                    if time.monotonic() > end:
-                        raise StageError(f"waited {START:g} s in vain for {what}")
-                    time.sleep(0.02)
-            wait_for(rosgraph.is_master_online, "the ROS master")
-            rospy_internals.mend()
-            rospy.init_node("judge", anonymous=True, disable_signals=True)  # a name that no program takes
+        with stack(f"judge_{os.getpid()}", folder, *roslaunched(exercise, folder)) as wait_for:  # no program's name
             witness, pictures = Witness(), []
             wait_for(lambda: witness.rows, "the simulator")
             if exercise.camera:
                 subscriber = rospy.Subscriber("camera/color/image_raw", Image, pictures.append, queue_size=1)
                 wait_for(lambda: pictures, "the camera's picture")
                 subscriber.unregister()
-            wait_for(lambda: stands(witness), "the robot")
+            wait_for(lambda: "/robotont_node" in graph()[1].get("/cmd_vel", []) and witness.rows[-1][4] < judge.STILL,
+                     "the driver, and the robot to stand")
             return play(exercise, file, read_world(world), witness, Path(folder))
 
 
-def stands(witness):
-    """Whether the driver is there, and the robot stands."""
-    _, subscribers, _ = rosgraph.Master("/exercise").getSystemState()
-    heard_by = dict(subscribers).get("/cmd_vel", [])
-    return "/robotont_node" in heard_by and witness.rows[-1][4] < judge.STILL
+def graph():
+    """Who publishes, subscribes and serves: {name: nodes} of each."""
+    return [dict(part) for part in rosgraph.Master("/exercise").getSystemState()]
 
 
 def play(exercise, file, world, witness, folder):
-    """Let the program drive until it has done it, has touched something, has ended, or the time is over."""
-    radius = robot_radius(read_robot().wheels)
-    output = folder / f"output_{os.getpid()}"
-    robots = nodes()
-    process = start_program(file, output)
-    begin, first, ended, topics = witness.rows[-1][0], len(witness.rows) - 1, None, ()
+    """Let the program drive until it has done it, has touched something, has ended, or the time is over.
 
-    def run():
-        path = np.array(witness.rows[first:])
-        path[:, 0] -= begin
-        return judge.Run(path, world, radius)
-    while True:
+    As `perform`. Raises StackError where the simulator falls silent, unless the program has taken a node's name.
+    """
+    radius, output, robots = robot_radius(read_robot().wheels), folder / f"output_{os.getpid()}", nodes()
+    process = start_program(file, output)
+    first, ended, topics, silent = len(witness.rows) - 1, math.inf, (), False
+    begin = witness.rows[first][0]
+
+    def so_far():
+        return judge.Run(np.array(witness.rows[first:]) - (begin, 0, 0, 0, 0, 0), world, radius)
+    run = so_far()
+    while not (run.end >= exercise.limit or judge.touch(run) or judge.reached(exercise, run) or silent
+               or (run.end > ended + 1.0 and judge.stands_for(run) > 0.5)):
         time.sleep(0.2)
         if not witness.commands:
             topics = published(robots) or topics
-        now = run()
-        seconds = now.path[-1, 0]
-        if ended is None and has_ended(process):
-            ended = seconds
-        if seconds >= exercise.limit or judge.touch(now) is not None or judge.reached(exercise, now):
-            break
-        if ended is not None and seconds > ended + 1.0 and judge.stands_for(now) > 0.5:
-            break
-        if time.monotonic() - witness.heard > SILENCE:
-            break
-    last, over = run(), has_ended(process)
+        run = so_far()
+        if has_ended(process):
+            ended = min(ended, run.end)
+        silent = time.monotonic() - witness.heard > SILENCE
+    over = has_ended(process)
     end_program(process, output.name)
-    status = process.returncode if over else None
     printed = end_of(output, 20000)
-    lines = [line for line in printed.splitlines() if line.strip()]
-    taken = re.findall(r"\[(/\S+)\] Reason: new node registered with same name",
-                       end_of(folder / "stack.log", OUTPUT) + printed)
-    much = output.exists() and output.stat().st_size >= OUTPUT
-    error = f"it printed more than {OUTPUT // 10 ** 6} MB" if much else where(lines, file)
-    program = judge.Program(
-        tuple(np.subtract(witness.commands, begin)), witness.bad - begin, tuple(witness.nodes), status,
-        error if status else "", math.inf if ended is None else ended, topics, ", ".join(sorted(robots & set(taken))))
-    return last, program, printed
+    taken = robots & {*re.findall(r"\[(/\S+)\] Reason: new node registered with same name",
+                                  end_of(folder / "stack.log", OUTPUT) + printed)}
+    if silent and not taken:
+        raise StackError(f"the simulator has said nothing for {SILENCE:g} s")
+    status, error = process.returncode if over else None, where(printed, file)
+    if output.exists() and output.stat().st_size >= OUTPUT:
+        error = f"it printed more than {OUTPUT // 10 ** 6} MB"
+    commands = tuple((second - begin, node, finite) for second, node, finite in witness.commands)
+    program = judge.Program(commands, status, error if status else "", ended, topics, ", ".join(sorted(taken)))
+    return run, program, printed
 
 
 def end_of(file, most):
@@ -217,18 +188,17 @@ def end_of(file, most):
 
 def nodes():
     """The names of all nodes."""
-    return {node for kind in rosgraph.Master("/exercise").getSystemState() for _, found in kind for node in found}
+    return {node for part in graph() for found in part.values() for node in found}
 
 
 def published(robots):
     """What other nodes than the robot's publish, with the types."""
-    master = rosgraph.Master("/exercise")
-    types = dict(master.getTopicTypes())
-    return tuple(f"{topic} ({types.get(topic)})" for topic, found in master.getSystemState()[0]
+    types = dict(rosgraph.Master("/exercise").getTopicTypes())
+    return tuple(f"{topic} ({types.get(topic)})" for topic, found in graph()[0].items()
                  if topic != "/rosout" and not robots.issuperset(found))
 
 
-def where(lines, file):
+def where(printed, file):
     """The last line of a traceback, with the line of the student's file."""
-    numbers = [line.split("line ")[1].split(",")[0] for line in lines if f'{Path(file).name}", line ' in line]
-    return (f"line {numbers[-1]}: " if numbers else "") + (lines[-1].strip()[:200] if lines else "")
+    numbers = re.findall(f'{re.escape(Path(file).name)}", line (\\d+)', printed)
+    return (f"line {numbers[-1]}: " if numbers else "") + (printed.strip().splitlines() or [""])[-1][:200]

@@ -9,18 +9,16 @@ import signal
 import sys
 from pathlib import Path
 
-import rosgraph
 import rospy
 from std_msgs.msg import Float32
 
-from robotont_bringup.stack import scratch, stack
-from robotont_demo.drive import drive, wait_for
+from robotont_bringup.stack import StackError, scratch, stack
+from robotont_demo.drive import drive
 from robotont_demo.picture import draw
 from robotont_demo.recording import Recorder, end_error, timed
 from robotont_demo.scenario import commanded_path, plan
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_driver.rospy_repairs import rospy_internals
 
 
 def parse(words):
@@ -45,16 +43,13 @@ def parse(words):
 
 
 def run(options):
-    """Drive, print the figures, draw; whether the end pose is right. AssertionError when the stack does not work."""
+    """Drive, print the figures, draw; whether the end pose is right. AssertionError, StackError: it does not work."""
     # the official firmware allows a wheel 0.3 m/s; generation 2 sums every second encoder window only
     official = options.robot.packets != "auto"
     allowed = (0.06, math.radians(5.0)) if official else (0.03, math.radians(2.0))
     steps = plan(0.2 if official else 0.4)  # [m/s]
-    with scratch() as folder, stack(folder, "robotont_bringup", "simulation.launch", f"port:={folder}/board",
+    with scratch() as folder, stack("demo", folder, "robotont_bringup", "simulation.launch", f"port:={folder}/board",
                                     f"robot:={options.robot.folder}/"):
-        wait_for(rosgraph.is_master_online, "the ROS master")
-        rospy_internals.mend()
-        rospy.init_node("demo", disable_signals=True)
         recorder = Recorder()
         rospy.Publisher("simulator_node/byte_errors", Float32, queue_size=1, latch=True).publish(options.bad_bytes)
         try:
@@ -94,7 +89,7 @@ def main():
           flush=True)
     try:
         good = run(options)
-    except AssertionError as error:
+    except (AssertionError, StackError) as error:
         print(f"the demo failed: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

@@ -14,7 +14,6 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from robotont_driver.kinematics import se2
 from robotont_driver.parameters.parameters import Parameter
-from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.worker import Worker
 from robotont_simulator.mujoco_model import BODY_GROUP, Scene
 from robotont_simulator.surroundings import ROBOTS, watch, watch_visitor, world_of
@@ -95,16 +94,16 @@ class CameraNode:
     def __init__(self, _name, wheels, parameters):
         world = world_of(parameters)
         self._others = world.others
-        size, self._period = (parameters["width"], parameters["height"]), 1 / parameters["rate"]
-        self._camera = Camera(wheels, world, *size, parameters["field_of_view"], parameters["samples"])
-        self._info = info(*size, self._camera.focal_length)
+        width, height, self._period = parameters["width"], parameters["height"], 1 / parameters["rate"]
+        self._camera = Camera(wheels, world, width, height, parameters["field_of_view"], parameters["samples"])
+        f, x, y = self._camera.focal_length, (width - 1) / 2, (height - 1) / 2
+        self._info = CameraInfo(width=width, height=height, distortion_model="plumb_bob", D=[0.0] * 5,
+                                K=[f, 0, x, 0, f, y, 0, 0, 1], R=[1, 0, 0, 0, 1, 0, 0, 0, 1],
+                                P=[f, 0, x, 0, 0, f, y, 0, 0, 0, 1, 0])
         self._due, self._truth, self._frame = 0.0, None, parameters["frame_prefix"] + "camera_{}_optical_frame"
         self._publishers = {name: rospy.Publisher(name, kind, queue_size=1) for name, kind in TOPICS.items()}
         watch_visitor(self._camera.put)
         Worker(self._work)
-
-    def _on_truth(self, message):
-        self._truth = message._buff  # noqa: SLF001 read only when somebody listens
 
     def _work(self):
         """Render what somebody listens to, at the rate, from the newest true pose; [s] to rest."""
@@ -113,11 +112,12 @@ class CameraNode:
             return LOOK
         if self._others is not None:
             watch(self._others, self._camera.put)
-            rospy.Subscriber("ground_truth/odom", rospy.AnyMsg, self._on_truth, queue_size=1)
+            keep = functools.partial(setattr, self, "_truth")  # raw: read only when somebody listens
+            rospy.Subscriber("ground_truth/odom", rospy.AnyMsg, keep, queue_size=1)
             self._others = None
         truth, self._truth = self._truth, None
         if truth:
-            self._publish(Odometry().deserialize(truth), wanted)
+            self._publish(Odometry().deserialize(truth._buff), wanted)  # noqa: SLF001
             self._due += self._period
         now = time.monotonic()
         self._due = max(self._due, now + 0.002)  # [s] what was late stays late
@@ -146,16 +146,3 @@ def picture(pixels, encoding):
     """The Image of an array of pixels."""
     height, width = pixels.shape[:2]
     return Image(height=height, width=width, encoding=encoding, step=pixels.strides[0], data=pixels.tobytes())
-
-
-def info(width, height, focal_length):
-    """CameraInfo of a lens without distortion."""
-    f, x, y = focal_length, (width - 1) / 2, (height - 1) / 2
-    return CameraInfo(width=width, height=height, distortion_model="plumb_bob", D=[0.0] * 5,
-                      K=[f, 0, x, 0, f, y, 0, 0, 1], R=[1, 0, 0, 0, 1, 0, 0, 0, 1],
-                      P=[f, 0, x, 0, 0, f, y, 0, 0, 0, 1, 0])
-
-
-def main():
-    """Run camera_node."""
-    run_node(CameraNode)

@@ -121,12 +121,10 @@ def make_simulation(name, wheels, world, seed, imu_rate=0.0):
 class OfficialFirmware:
     """A board of robotont_boards on a `Simulation` of `make_simulation`; line: as of `SimulatedBoard`."""
 
-    period, longest = LOOK, OFFICIAL_STALL
+    period, longest, dead = LOOK, OFFICIAL_STALL, ""  # dead: cause of the board's halt
 
     def __init__(self, name, simulation, line):
-        self.simulation, self.line = simulation, line
-        self._board = BOARDS[name](simulation)
-        self.dead = ""  # cause of the board's halt
+        self.simulation, self.line, self._board = simulation, line, BOARDS[name](simulation)
 
     def advance(self, wait):
         """Let 20 ms pass; `wait()` for each look at the line in them."""

@@ -77,11 +77,9 @@ class Simulation(Scene):
 
     @property
     def inertia(self):
-        """Mass [kg] and moment of inertia [kg m^2], about its middle, of the robot with its wheels."""
-        turn, momentum = np.zeros(self.mujoco_model.nv), np.zeros(self.mujoco_model.nv)
-        turn[5] = 1.0
-        mujoco.mj_mulM(self.mujoco_model, self.data, momentum, turn)
-        return float(self.mujoco_model.body_subtreemass[self._body]), float(momentum[5])
+        """Mass [kg] and moment of inertia [kg m^2], about its centre of mass, of the robot with its wheels."""
+        composite = self.data.crb[self._body].tolist()
+        return composite[9], composite[2]
 
     def step(self):
         """One PID period."""
@@ -167,7 +165,4 @@ class Simulation(Scene):
         normals = {"normal": None} if "normal:" in mujoco.mj_multiRay.__doc__ else {}  # newer MuJoCo asks for them
         mujoco.mj_multiRay(self.mujoco_model, self.data, origin, directions.ravel(), groups, 1, self._body,
                            geoms, distances, nray=len(angles), cutoff=farthest, **normals)
-        seen = geoms >= 0
-        distances[~seen | (distances > farthest)] = math.inf
-        distances[seen & (distances < nearest)] = -math.inf
-        return distances
+        return np.select([(geoms < 0) | (distances > farthest), distances < nearest], [math.inf, -math.inf], distances)

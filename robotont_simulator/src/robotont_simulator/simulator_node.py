@@ -17,7 +17,6 @@ from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
 from robotont_boards import BOARDS
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health
-from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.worker import read_clocks
 from robotont_simulator import simulated_board as boards
 from robotont_simulator.faulty_port import Port
@@ -206,8 +205,3 @@ class SimulatorNode:
         self._stopping.set()
         self._thread.join()
         self._port.unplug()
-
-
-def main():
-    """Run simulator_node."""
-    run_node(SimulatorNode)

@@ -64,12 +64,19 @@ class WorldMap:
     def __init__(self, world, odom_frame):
         # static, so that the transforms of a localization which is started later take its place
         self._broadcaster = tf2_ros.StaticTransformBroadcaster()
-        self._odom_frame, self._newest = odom_frame, None  # newest: pose, its covariance
+        self._odom_frame, self._newest = odom_frame, None
         self._send_start(world.start)
         rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=50)
         if world.solids:
             self._map = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
-            self._map.publish(grid(*draw_map(world)))
+            image, origin = draw_map(world)
+            grid = OccupancyGrid()
+            grid.header.stamp, grid.header.frame_id = rospy.Time.now(), "map"
+            grid.info.resolution, (grid.info.height, grid.info.width) = RESOLUTION, image.shape
+            grid.info.origin.position.x, grid.info.origin.position.y = origin
+            grid.info.origin.orientation.w = 1.0
+            grid.data = np.select([image == FREE, image == OCCUPIED], [0, 100], -1)[::-1].ravel().tolist()
+            self._map.publish(grid)
         self._markers = rospy.Publisher("world", MarkerArray, queue_size=1, latch=True)
         self._markers.publish([marker(number, shape) for number, shape in enumerate(world.shapes)])
 
@@ -80,18 +87,11 @@ class WorldMap:
         self._broadcaster.sendTransform(start)
 
     def _on_odometry(self, message):
-        before, self._newest = self._newest, (pose_of(message.pose.pose), message.pose.covariance)
-        if before and is_reset(before[1], message.pose.covariance):
-            self._send_start(compose(self._start, before[0]))  # where it had brought the robot, which keeps its place
-
-
-def is_reset(before, now):
-    """Whether odometry began anew between two covariances (36 numbers each) of its pose.
-
-    Nothing else takes doubt away: the variances of x, y and yaw fall, each by more than half. With wheel_noise 0
-    there is none, and no reset is seen.
-    """
-    return all(now[number] < before[number] / 2 for number in (0, 7, 35))
+        before, self._newest = self._newest, message.pose
+        # Nothing but a reset takes doubt away: the variances of x, y and yaw fall, each by more than half. With
+        # wheel_noise 0 there is none, and no reset is seen.
+        if before and all(message.pose.covariance[place] < before.covariance[place] / 2 for place in (0, 7, 35)):
+            self._send_start(compose(self._start, pose_of(before.pose)))  # the robot keeps its place
 
 
 def fill(place, orientation, pose):
@@ -108,14 +108,3 @@ def marker(number, shape):
     found.scale.x, found.scale.y, found.scale.z = shape.length, shape.width, shape.height
     found.color.r, found.color.g, found.color.b, found.color.a = *shape.colour, 1.0
     return found
-
-
-def grid(image, origin):
-    """The OccupancyGrid of what `draw_map` has drawn."""
-    message = OccupancyGrid()
-    message.header.stamp, message.header.frame_id = rospy.Time.now(), "map"
-    message.info.resolution, (message.info.height, message.info.width) = RESOLUTION, image.shape
-    message.info.origin.position.x, message.info.origin.position.y = origin
-    message.info.origin.orientation.w = 1.0
-    message.data = np.select([image == FREE, image == OCCUPIED], [0, 100], -1)[::-1].ravel().tolist()
-    return message

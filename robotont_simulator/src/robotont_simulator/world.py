@@ -156,10 +156,7 @@ class World(NamedTuple):
 
 
 def read_world(file):
-    """`World` of a YAML file: lists of what KEYS has, and `start`, [x, y, yaw], all optional; no file: an empty one.
-
-    Raises OSError, ValueError.
-    """
+    """`World` of a YAML file with any of KEYS and `start`; without file an empty one. Raises OSError, ValueError."""
     if not file:
         return World()
     if not Path(file).exists():
@@ -224,9 +221,7 @@ def draw_map(world, resolution=RESOLUTION, margin=0.5):
         raise ValueError(f"the start ({world.start[0]:g}, {world.start[1]:g}) is in a wall or a box")
     regions, _ = ndimage.label(~solid)
     free = regions == regions[start]
-    image = np.full(x.shape, UNKNOWN, np.uint8)
-    image[free] = FREE
-    image[ndimage.binary_dilation(free) & solid] = OCCUPIED
+    image = np.select([free, ndimage.binary_dilation(free) & solid], [FREE, OCCUPIED], UNKNOWN).astype(np.uint8)
     return image, (float(low[0]), float(low[1]))
 
 
@@ -241,8 +236,7 @@ def write_map(world, file):
         if os.path.lexists(str(path)) and not known:
             raise ValueError(f"{path} is there and make_map has not written it: give the map another name")
     image, origin = draw_map(world)
-    height, width = image.shape
-    write_file(picture, b"P5\n%d %d\n255\n" % (width, height) + image.tobytes())
+    write_file(picture, b"P5\n%d %d\n255\n" % image.shape[::-1] + image.tobytes())
     write_file(description, (
         f"{HEAD}; do not edit.\n"
         f"image: {picture.name}\nresolution: {RESOLUTION}   # [m] per pixel\n"

@@ -175,8 +175,10 @@ def test_how_a_program_ended_is_told(program, said, tmp_path, monkeypatch):
     ("print('[/judged] Reason: new node registered with same name')", "took the name /judged")])
 def test_a_simulator_that_falls_silent_is_the_stages_fault_unless_the_program_took_its_name(
         program, said, tmp_path, monkeypatch):
+    def gone(_robots):
+        raise ConnectionRefusedError
     monkeypatch.setattr(stage, "nodes", lambda: {"/judged"})
-    monkeypatch.setattr(stage, "published", lambda robots: ())
+    monkeypatch.setattr(stage, "published", gone)  # with the simulator the whole stack ends, its master, too
     printed = tmp_path / "home" / f"output_{os.getpid()}"
     monkeypatch.setattr(Standing, "heard", property(
         lambda self: time.monotonic() if said and not printed.stat().st_size else 0.0))

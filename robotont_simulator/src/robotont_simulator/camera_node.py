@@ -14,6 +14,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from robotont_driver.kinematics import se2
 from robotont_driver.parameters.parameters import Parameter
+from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.worker import Worker
 from robotont_simulator.mujoco_model import BODY_GROUP, Scene
 from robotont_simulator.surroundings import ROBOTS, watch, watch_visitor, world_of
@@ -136,13 +137,14 @@ class CameraNode:
                 Picture.fromarray(colour()).save(data, "JPEG", quality=JPEG_QUALITY)
                 message.data = data.getvalue()
             else:
-                message = picture(colour(), "rgb8") if lens == COLOUR else picture(depth(), "16UC1")
+                pixels, encoding = (colour(), "rgb8") if lens == COLOUR else (depth(), "16UC1")
+                message = Image(height=pixels.shape[0], width=pixels.shape[1], encoding=encoding,
+                                step=pixels.strides[0], data=pixels.tobytes())
             message.header.stamp = truth.header.stamp
             message.header.frame_id = self._frame.format("depth" if lens == DEPTH else "color")
             self._publishers[topic].publish(message)
 
 
-def picture(pixels, encoding):
-    """The Image of an array of pixels."""
-    height, width = pixels.shape[:2]
-    return Image(height=height, width=width, encoding=encoding, step=pixels.strides[0], data=pixels.tobytes())
+def main():
+    """Run camera_node."""
+    run_node(CameraNode)

@@ -11,8 +11,7 @@ from robotont_driver.link import serial_port
 class Port:
     """A serial port under the name `link`, once it is plugged in.
 
-    byte_errors: rate of bytes that are replaced by random ones, both ways, or only from the board to the PC where
-    `spoil_commands` is false.
+    byte_errors: share of bytes that become random, both ways; without spoil_commands from the board to the PC only.
     """
 
     def __init__(self, link, seed=0, spoil_commands=True):

@@ -77,7 +77,7 @@ class SimulatedBoard:
             self.line.read(4096)  # lost
 
     def fail(self):
-        """Let the board's supply break down."""
+        """Let the board's supply break down for half a second."""
         self.simulation.efforts[:] = 0.0
         self._controller, self._cause, self._dark = None, "power", round(DARK / self.period)
 
@@ -112,8 +112,7 @@ class SimulatedBoard:
 def make_simulation(name, wheels, world, seed, imu_rate=0.0):
     """`Simulation` for a board with an official firmware. Raises ValueError for wheels that it cannot have."""
     places = [math.remainder(found - wanted, 2 * math.pi) for found, wanted in zip(wheels.positions, POSITIONS)]
-    placed = min(wheels.levers) > 0 and max(map(abs, places)) <= LARGEST_ANGLE
-    if wheels.amount != 3 or not placed:
+    if wheels.amount != 3 or min(wheels.levers) <= 0 or max(map(abs, places)) > LARGEST_ANGLE:
         raise ValueError(f"found another robot's wheels, allowed: those of robot:={name}, or calibrated ones")
     return Simulation(wheels._replace(pid_frequency=MOTORS_FREQUENCY), world, seed, imu_rate)
 

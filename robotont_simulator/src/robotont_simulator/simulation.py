@@ -11,7 +11,6 @@ from robotont_simulator.mujoco_model import FRICTION, TIMESTEP, VOLTAGE, WORLD_G
 
 JAMMED = 50.0      # [N m] friction of a wheel that something holds: more than any motor
 PUSH_DURATION = 0.3  # [s] that a push takes
-PUSH_LIFT = 1.0      # part of the robot's weight that a push takes off its wheels, as a person carrying the robot would
 GRAVITY = 9.81  # [m/s^2]
 # Of the three axes of the gyro [rad/s] and of the accelerometer [m/s^2]: noise per sqrt(Hz), standard deviations of the
 # offset at the start and of the scale's error, walk of the offset per sqrt(s)
@@ -128,12 +127,12 @@ class Simulation(Scene):
     def push(self, x, y, turn=0.0):
         """An impulse on the body in world axes: (x, y) [N s] and [N m s], during PUSH_DURATION.
 
-        It takes most of the weight off the wheels meanwhile, so that they slide and do not turn: the truth
-        moves, the odometry does not see it.
+        It takes the weight off the wheels meanwhile, as a person who carries the robot would: they slide and do not
+        turn, the truth moves, the odometry does not see it.
         """
         weight = self.mujoco_model.body_subtreemass[self._body] * GRAVITY
         self.data.xfrc_applied[self._body] = (
-            x / PUSH_DURATION, y / PUSH_DURATION, PUSH_LIFT * weight, 0, 0, turn / PUSH_DURATION)
+            x / PUSH_DURATION, y / PUSH_DURATION, weight, 0, 0, turn / PUSH_DURATION)
         self._push_ends = self.time + PUSH_DURATION
 
     def carry(self, x, y, yaw):

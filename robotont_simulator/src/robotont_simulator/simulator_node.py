@@ -17,6 +17,7 @@ from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
 from robotont_boards import BOARDS
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health
+from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.worker import read_clocks
 from robotont_simulator import simulated_board as boards
 from robotont_simulator.faulty_port import Port
@@ -185,7 +186,6 @@ class SimulatorNode:
             rospy.logwarn("~%s: found %s, allowed: %d numbers, %g to %g", name, values[:20], wanted, lowest, highest)
 
     def _on_brown_out(self, _request):
-        """Let the board's supply break down for half a second."""
         if isinstance(self._board, boards.OfficialFirmware):
             return TriggerResponse(success=False, message="not with official firmware")
         self._order(self._board.fail)
@@ -205,3 +205,8 @@ class SimulatorNode:
         self._stopping.set()
         self._thread.join()
         self._port.unplug()
+
+
+def main():
+    """Run simulator_node."""
+    run_node(SimulatorNode)

@@ -44,5 +44,7 @@ def test_a_wrong_pack_is_refused(given):
 
 @pytest.mark.parametrize("name", ["robotont2", "robotont3"])
 def test_the_shipped_packs_are_sound(name):
-    assert read_pack(read_robot(name).parameters["battery"]).charge(16.8) == 1.0
+    battery = Battery(read_pack(read_robot(name).parameters["battery"]))
+    battery.hear(16.8, 0.0, 0.0)
+    assert battery.charge == 1.0
     assert read_pack(None) is None

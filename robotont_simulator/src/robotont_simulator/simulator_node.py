@@ -15,10 +15,10 @@ from std_msgs.msg import Float32, Float32MultiArray, Int8MultiArray
 from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
 
 from robotont_boards import BOARDS
+from robotont_driver.nodes.odom_node import read_clocks
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health
 from robotont_driver.ros.lifecycle import run_node
-from robotont_driver.ros.worker import read_clocks
 from robotont_simulator import simulated_board as boards
 from robotont_simulator.faulty_port import Port
 from robotont_simulator.simulation import Simulation

@@ -1,6 +1,6 @@
-"""Whether a command that is handled now may have waited: in a kernel, an outage, a stopped process.
+"""Whether a command may have waited, in a kernel, an outage, a stopped process: all that waited comes behind a gap.
 
-Behind a gap all that waited comes at once. So what comes within the first SETTLING behind one does not drive.
+So what comes within the first SETTLING behind one does not drive.
 """
 
 import math
@@ -11,10 +11,7 @@ MOST_KNOWN = 64  # connections
 
 
 class Gaps:
-    """Finds gaps longer than `longest` [s] between calls. Times [s] are the caller's, of a clock that never goes back.
-
-    since: the newest call before the first; -inf: the first one is behind a gap.
-    """
+    """Finds gaps longer than `longest` [s] between calls, `since` [s] the one before the first; -inf: in a gap."""
 
     def __init__(self, longest, since):
         self._longest = longest
@@ -48,10 +45,8 @@ class Arrivals:
         self._known = {}  # (header, Gaps or None) of the newest connections, by the header's id
 
     def are_new(self, header, now):
-        """Whether a command may drive that comes `now` by the connection with this header.
-
-        The first one of a publisher that latches, or from another machine, is as old as it likes.
-        """
+        """Whether a command may drive that comes `now` by the connection with this header."""
+        # the first one of a publisher that latches, or from another machine, is as old as it likes
         new = self.gaps.settled(now)
         if id(header) not in self._known:
             self._known = dict([*self._known.items()][1 - MOST_KNOWN:])

@@ -8,11 +8,7 @@ LARGEST = 1000.0  # [m/s, rad/s] beyond any robot; a larger number is a fault of
 
 
 class CommandStream:
-    """Turns commanded twists into the twist that may go out at a given time.
-
-    Times [s] are the caller's, from any clock that never goes back. A twist is (v_x, v_y, omega).
-    held: as of `StandFirst`.
-    """
+    """Turns commanded twists (v_x, v_y, omega) into the one that may go out at a time [s]. held: as of `StandFirst`."""
 
     def __init__(self, kinematics, limits, timeout, period, held=()):
         self.kinematics = kinematics
@@ -34,11 +30,7 @@ class CommandStream:
         self._sent_at = 0.0
 
     def command(self, linear, angular, received, sender=""):
-        """Take a Twist's vectors, `linear` (x, y, z) [m/s] and `angular` (x, y, z) [rad/s], `received` at that time.
-
-        Returns None, or why the command is refused; the robot then stops. Commands of a `sender` who has to stop first
-        after an emergency stop are ignored.
-        """
+        """Take a Twist's vectors, (x, y, z) [m/s] and [rad/s]; None, or why it is refused: the robot stops then."""
         self.commands += 1
         self._refusal = refuse(linear, angular)
         if self._refusal:
@@ -58,15 +50,10 @@ class CommandStream:
         return None
 
     def emergency_stop(self, pressed, now):
-        """Stop while pressed; after it `StandFirst` tells who moves the robot. Returns whether this is a change.
-
-        A release of a button that is not pressed is no change and stops nothing.
-        """
+        """Stop while pressed; after it `StandFirst` tells who moves the robot. Returns whether this is a change."""
         changed = bool(pressed) != self.stopped
         if changed:
-            self.stopped = bool(pressed)
-            self._target = None
-            self.cut_off = False  # what happened before is over
+            self.stopped, self._target, self.cut_off = bool(pressed), None, False  # what happened before is over
             (self._stand_first.press if pressed else self._stand_first.release)(now)
         return changed
 
@@ -121,10 +108,7 @@ class CommandStream:
 
 
 def refuse(linear, angular):
-    """Why a robot on omni wheels cannot do this motion, or None when it can.
-
-    `linear` and `angular` are (x, y, z) vectors in base_link.
-    """
+    """Why a robot on omni wheels cannot do this motion, two vectors (x, y, z) in base_link; None when it can."""
     (x, y, z), (roll, pitch, yaw) = linear, angular
     if abs(x) <= LARGEST and abs(y) <= LARGEST and abs(yaw) <= LARGEST and z == roll == pitch == 0.0:
         return None

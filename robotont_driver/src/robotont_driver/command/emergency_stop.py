@@ -1,7 +1,4 @@
-"""The emergency stop: who presses it, what releases it, and who has to stop first behind it.
-
-The rule: docs/safety.md, "The emergency stop".
-"""
+"""The emergency stop: who presses it, what releases it, who has to stop first behind it; the rule: docs/safety.md."""
 
 import math
 
@@ -9,9 +6,8 @@ import math
 class EmergencyStop:
     """Who presses. `kept`: `pressed_by` of the node before this one, from wherever it was kept.
 
-    A node may be heard by several connections, of which an older one may bring late what was said before. So
-    connections have numbers that rise as they are made. A press stands until the connection by which it came takes it
-    back, or one that was made after it was heard: whatever that one brings is newer.
+    A node may be heard by several connections, of which an older one may bring late what was said before. So a press
+    stands until the connection by which it came takes it back, or one that was made after it was heard.
     """
 
     def __init__(self, kept=()):
@@ -32,7 +28,7 @@ class EmergencyStop:
     def hear(self, node, pressed, latched, connection, newest):
         """What a node says on the topic; `latched`: possibly long ago. Returns whether anything has changed.
 
-        connection: number of the one by which it says so; None: it has ended. newest: number of the newest of all.
+        connection: its number, which rise as they are made; None: it has ended. newest: that of the newest of all.
         """
         if pressed:
             changed = node not in self._presses
@@ -58,12 +54,11 @@ class EmergencyStop:
 class StandFirst:
     """Who has to stop once before he may drive: whoever has asked for motion and not stopped before the release.
 
-    timeout: [s] after which silence counts as a stop. Times [s] are the caller's, from a clock that never goes back.
     held: `waiting` of the process before this one, which ended before these had stopped.
     """
 
     def __init__(self, timeout, held=()):
-        self._timeout = timeout
+        self._timeout = timeout  # [s] after which silence counts as a stop
         self._asked = {}   # when each sender has asked for motion for the last time, since its newest zero
         self._held = set(held)  # senders that have to stop first
 

@@ -16,10 +16,7 @@ class Limits(NamedTuple):
 
 
 def limit_speed(twist, wheel_speeds, limits):
-    """`twist` (v_x, v_y, omega), scaled by one factor so that every speed limit is kept.
-
-    `wheel_speeds` [m/s] are those of the twist; they shrink by the same factor.
-    """
+    """`twist` (v_x, v_y, omega) with its `wheel_speeds` [m/s], scaled by one factor so that every limit is kept."""
     x, y, turn = twist
     factor = 1.0
     for value, limit in ((math.hypot(x, y), limits.linear_speed), (abs(turn), limits.angular_speed),
@@ -30,11 +27,8 @@ def limit_speed(twist, wheel_speeds, limits):
 
 
 def limit_bend(twist, before, since, limits):
-    """`twist`, scaled by one factor so that the bend of its path takes no more than the linear acceleration.
-
-    `before`: the twist commanded `since` [s] earlier. A robot that turns beneath a straight way, command by command,
-    does not bend it: what counts is the change of its velocity over ground.
-    """
+    """`twist`, scaled so that the bend of its path keeps the linear acceleration; `before`: the one `since` [s] ago."""
+    # a robot that turns beneath a straight way, command by command, does not bend it
     limit = limits.linear_acceleration
     bend = abs(twist[2]) * math.hypot(twist[0], twist[1])
     if not limit or bend <= limit:
@@ -49,9 +43,8 @@ def limit_bend(twist, before, since, limits):
 def limit_acceleration(previous, wanted, elapsed, limits):
     """The twist between `previous` and `wanted` that the acceleration limits allow after `elapsed` [s].
 
-    It lies on the straight line from one to the other, so a start from rest keeps the direction and the curve. The line
-    begins at what needs less: the same motion as the robot sees it, or the same over ground, seen by a robot that has
-    turned meanwhile. Both accelerations share the wheels' torque: the root of the sum of their squared parts counts.
+    It lies on the straight line from one to the other, which begins at what needs less: the same motion as the robot
+    sees it, or the same over ground. Both accelerations share the wheels' torque: their parts' squares add up.
     """
     if previous == wanted or not any(limits[3:]):
         return tuple(wanted)

@@ -18,8 +18,8 @@ LARGEST_CONDITION = 10.0
 def least_squares(matrix, wheels):
     """3 x n: the step with the least sum of squared differences from the paths of the `wheels`.
 
-    matrix: the n x 3 wheel matrix (6); wheels: indices of those in use, a list. Columns of excluded wheels
-    are 0. Formula (7) for three wheels; for more, with equal noise, the best linear unbiased estimate (Gauss-Markov).
+    matrix: n x 3 (6); wheels: indices of those in use, a list; the others' columns are 0. Formula (7) for three
+    wheels; for more, with equal noise, the best linear unbiased estimate (Gauss-Markov).
     """
     solution = np.zeros((3, len(matrix)))
     solution[:, wheels] = np.linalg.pinv(matrix[wheels])
@@ -29,8 +29,8 @@ def least_squares(matrix, wheels):
 def triples(matrix, wheels):
     """3 x n: the mean of the steps that every well-conditioned combination of three wheels gives.
 
-    Arguments as in `least_squares`. The thesis' outlook 5.2.2, after P. Kallas, Probabilistic
-    Localization of a Soccer Robot (Tartu, 2013). Where no combination is well conditioned, the best one is used.
+    Where none is, of the best one. The thesis' outlook 5.2.2, after P. Kallas, Probabilistic Localization of a Soccer
+    Robot (Tartu, 2013).
     """
     combinations = [list(triple) for triple in itertools.combinations(wheels, 3)]
     conditions = [condition(matrix[triple]) for triple in combinations]
@@ -43,10 +43,7 @@ SOLVERS = {"least_squares": least_squares, "triples": triples}
 
 
 def condition(matrix):
-    """Ratio of the greatest to the least singular value of wheel-matrix rows, turning taken at the wheels.
-
-    Infinite where the wheels do not determine every motion.
-    """
+    """Ratio of the greatest to the least singular value of wheel-matrix rows, turning at the wheels; inf: rank < 3."""
     scaled = matrix / (1.0, 1.0, np.abs(matrix[:, 2]).mean() or 1.0)
     values = np.linalg.svd(scaled, compute_uv=False)
     return values[0] / values[2] if len(matrix) >= 3 and values[2] > 1e-9 * values[0] else np.inf
@@ -55,18 +52,10 @@ def condition(matrix):
 def wheel_matrix(wheels):
     """Formulas (1) and (6): n x 3, wheel speeds [m/s] = matrix @ (v_x [m/s], v_y [m/s], omega [rad/s]).
 
-    Row i is (cos theta_i, sin theta_i, +-R_i) with theta_i [rad] the wheel's direction in base_link; the
-    sign is negative where the robot turns clockwise when the wheel turns positive.
+    Row i is (cos theta_i, sin theta_i, lever), theta_i [rad] the wheel's direction in base_link.
     """
-    return np.array([
-        (math.cos(direction), math.sin(direction), lever)
-        for direction, lever in zip(wheels.directions, wheels.levers)
-    ])
-
-
-def units_per_speed(wheels):
-    """Formula (5), wheelSpeedToMainboardUnits: n factors [units per m/s]."""
-    return 1.0 / (np.array(wheels.metres_per_edge) * wheels.pid_frequency)
+    return np.array([(math.cos(direction), math.sin(direction), lever)
+                     for direction, lever in zip(wheels.directions, wheels.levers)])
 
 
 class Kinematics:
@@ -78,8 +67,9 @@ class Kinematics:
     def __init__(self, wheels, solver=least_squares, excluded=()):
         self.wheels = wheels
         self.solver = solver
-        self.matrix = wheel_matrix(wheels)              # (6)
-        self.units_per_speed = units_per_speed(wheels)  # (5)
+        self.matrix = wheel_matrix(wheels)  # (6)
+        # (5), wheelSpeedToMainboardUnits: n factors [units per m/s]
+        self.units_per_speed = 1.0 / (np.array(wheels.metres_per_edge) * wheels.pid_frequency)
         included = [wheel for wheel in range(wheels.amount) if wheel not in excluded]
         # (7), 3 x n: twist = inverse @ (units / units_per_speed), (8)-(11); 0 in the columns of excluded wheels
         self.inverse = solver(self.matrix, included)
@@ -87,10 +77,8 @@ class Kinematics:
         self._unit_rows = (self.units_per_speed[:, np.newaxis] * self.matrix).tolist()
 
     def wheel_speeds(self, twist):
-        """Wheel speeds [m/s], a list of n, of a twist: formula (1), v_i = R omega + |v| cos(theta_i - phi).
-
-        |v| cos(theta - phi) = v_x cos(theta) + v_y sin(theta) spares (2) and (3).
-        """
+        """Wheel speeds [m/s], a list of n, of a twist: formula (1), v_i = R omega + |v| cos(theta_i - phi)."""
+        # |v| cos(theta - phi) = v_x cos(theta) + v_y sin(theta) spares (2) and (3)
         x, y, omega = twist
         return [cos * x + sin * y + distance * omega for cos, sin, distance in self._rows]
 

@@ -24,15 +24,6 @@ class Motor(NamedTuple):
     rotor_inertia: float = ROTOR_INERTIA  # [kg m^2]
 
 
-def like_default(no_load_speed):
-    """A `Motor` of which only the no-load speed [rad/s] is known: the default one behind a gearbox without losses.
-
-    Its greatest power and its time constant are those of the default.
-    """
-    ratio = NO_LOAD_SPEED / no_load_speed
-    return Motor(no_load_speed, STALL_TORQUE * ratio, ROTOR_INERTIA * ratio ** 2)
-
-
 def counts_in_reach(wheels):
     """Largest number of encoder edges that a motor makes in one PID period, on a full battery, with a reserve."""
     turns = wheels.motor.no_load_speed / (2 * math.pi) / wheels.pid_frequency  # per period
@@ -44,25 +35,10 @@ def no_load_speeds(wheels):
     return tuple(radius * wheels.motor.no_load_speed / wheels.gear for radius in wheels.radii)
 
 
-THESIS_KEYS = (
-    "wheelAmount",
-    "wheelRads",
-    "wheelDistanceFromCenter",
-    "wheelRadius",
-    "gearboxReductionRatio",
-    "encoderEdgesPerMotorRevolution",
-    "pidControlFrequency",
-)
-OPTIONAL_KEYS = (
-    "referenceDirection",
-    "positiveRotation",
-    "wheelPositionRads",
-    "motorNoLoadSpeed",
-    "motorStallTorque",
-    "motorRotorInertia",
-    "robotMass",
-    "measuredPoint",
-)
+THESIS_KEYS = ("wheelAmount", "wheelRads", "wheelDistanceFromCenter", "wheelRadius", "gearboxReductionRatio",
+               "encoderEdgesPerMotorRevolution", "pidControlFrequency")
+OPTIONAL_KEYS = ("referenceDirection", "positiveRotation", "wheelPositionRads", "motorNoLoadSpeed", "motorStallTorque",
+                 "motorRotorInertia", "robotMass", "measuredPoint")
 KEYS = (*THESIS_KEYS, *OPTIONAL_KEYS)
 MOST_WHEELS = 16           # their packets fit into a line: 160 bytes to the board, 256 bytes from it
 # Beyond any robot: a mistake.
@@ -118,10 +94,7 @@ class Wheels(NamedTuple):
 def read_wheels(given):
     """`Wheels` from a mapping with the keys of wheel_params.yaml; other keys are ignored.
 
-    Raises ParameterError with every fault of the values, or else of how they fit together: a missing key, a wrong type
-    or length, a value that is not finite, not positive or beyond any robot (degrees, millimetres), fewer than 3 wheels
-    or more than packets can contain, wheels that cannot move the robot in every direction (a wheel matrix of rank < 3,
-    or nearly: MOST_CONDITION). There are no defaults for the thesis' keys.
+    Raises ParameterError with every fault of the values, or else of how they fit together, as a matrix of rank < 3.
     """
     if not isinstance(given, Mapping):
         raise ParameterError([fault("wheel parameters", given, "parameters by name: " + ", ".join(KEYS))])
@@ -134,7 +107,7 @@ def read_wheels(given):
     speed, torque, inertia, mass = (
         reader.number(key, None) for key in ("motorNoLoadSpeed", "motorStallTorque", "motorRotorInertia", "robotMass"))
     reference = reader.check("referenceDirection", _is_angle, f"a number up to {LARGEST_ANGLE:.2f} [rad]"
-                             + meant(given.get("referenceDirection"), LARGEST_ANGLE, "degrees", math.pi / 180), 0.0)
+                             + reader.meant("referenceDirection", LARGEST_ANGLE, "degrees", math.pi / 180), 0.0)
     reader.check("measuredPoint", lambda v: isinstance(v, (list, tuple)) and len(v) == 2
                  and all(is_number(part) and abs(part) <= LARGEST_LENGTH for part in v),
                  f"[x, y], two numbers up to {LARGEST_LENGTH:g} [m]: which point of base_link a ground truth is of", ())
@@ -152,20 +125,19 @@ def read_wheels(given):
     if reader.faults:
         raise ParameterError(reader.faults)
 
-    directions = tuple(rad + reference for rad in rads)
+    if not placed:
+        places = [rad - ROTATIONS[word] * math.pi / 2 for rad, word in zip(rads, words)]
+    directions, positions = (tuple(rad + reference for rad in angles) for angles in (rads, places))
     distances = tuple(map(float, distances))
-    if placed:
-        positions = tuple(rad + reference for rad in places)
-    else:
-        positions = tuple(direction - ROTATIONS[word] * math.pi / 2 for direction, word in zip(directions, words))
     levers = tuple(distance * math.sin(direction - position)
                    for direction, position, distance in zip(directions, positions, distances))
-    motor = Motor() if speed is None else like_default(speed)
+    speed = speed or NO_LOAD_SPEED
+    ratio = NO_LOAD_SPEED / speed  # what is not told of the motor is as if the default one had a gearbox more
     wheels = Wheels(
         directions=directions, positions=positions, distances=distances, levers=levers,
         radii=tuple(map(float, radii)), gear=float(gear), edges_per_motor_turn=int(edges),
         pid_frequency=float(frequency),
-        motor=Motor(motor.no_load_speed, torque or motor.stall_torque, inertia or motor.rotor_inertia),
+        motor=Motor(speed, torque or STALL_TORQUE * ratio, inertia or ROTOR_INERTIA * ratio ** 2),
         mass=float(mass or BODY_MASS + WHEEL_MASS * len(directions)),
     )
     if condition(wheel_matrix(wheels)) > MOST_CONDITION:
@@ -212,18 +184,26 @@ class _Reader:
         """One length [m] per wheel."""
         return self.per_wheel(key, lambda v: is_number(v) and least <= v <= LARGEST_LENGTH,
                               f"a number from {least:g} to {LARGEST_LENGTH:g} [m], or {self._several}"
-                              + self._meant(key, LARGEST_LENGTH, "millimetres", 0.001, SMALLEST_LENGTH))
+                              + self.meant(key, LARGEST_LENGTH, "millimetres", 0.001, SMALLEST_LENGTH))
 
     def angles(self, key):
         """One angle [rad] per wheel, a list."""
         return self.check(key, lambda v: self._is_list(v, _is_angle), (
             f"{self._several} numbers up to {LARGEST_ANGLE:.2f} [rad]"
-            + self._meant(key, LARGEST_ANGLE, "degrees", math.pi / 180)))
+            + self.meant(key, LARGEST_ANGLE, "degrees", math.pi / 180)))
 
-    def _meant(self, key, *unit):
-        """A hint is worth something for as many numbers as there are wheels."""
+    def meant(self, key, largest, unit, factor, least=0.0):
+        """Hint about numbers beyond `largest` that are right in another unit, as `factor` times them; else empty."""
+        # none of those but zeros may be below `least`: else some are in this unit already
         value = self._given.get(key)
-        return meant(value, *unit) if is_number(value) or self._is_list(value, is_number) else ""
+        numbers = [value] if is_number(value) else value
+        if not self._is_list(numbers, is_number) and numbers is value:
+            return ""
+        converted = [round(factor * number, 6) for number in numbers]
+        sizes = list(map(abs, converted))
+        if not factor * largest < max(sizes, default=0.0) <= largest or 0 < min(sizes) < least:
+            return ""
+        return f"; in {unit}? then write {converted if numbers is value else converted[0]}"
 
     def _is_list(self, value, valid):
         """Whether `value` is a list of valid items, one per wheel."""
@@ -243,21 +223,6 @@ def doubts(wheels):
         return ""
     return (f"wheelRads: all wheels stand on one side of the centre, at {_degrees(wheels, range(wheels.amount))} "
             "degrees; where a motor is mounted the other way round, positiveRotation is a list, one word per wheel")
-
-
-def meant(value, largest, unit, factor, least=0.0):
-    """Hint about numbers beyond `largest` that are right in another unit, as `factor` times them; else empty.
-
-    least: what none of those may be below, but zeros.
-    """
-    numbers = value if isinstance(value, (list, tuple)) else [value]
-    if not 0 < len(numbers) <= MOST_WHEELS or not all(map(is_number, numbers)):
-        return ""
-    converted = [round(factor * number, 6) for number in numbers]
-    if max(map(abs, numbers)) <= largest or max(map(abs, converted)) > largest or (
-            0 < min(map(abs, converted)) < least):  # some of them are in this unit already
-        return ""
-    return f"; in {unit}? then write {converted if numbers is value else converted[0]}"
 
 
 def _at_one_place(wheels):

@@ -25,26 +25,22 @@ GONE = select.POLLHUP | select.POLLERR | select.POLLNVAL
 class SerialLink:
     """Keeps a serial port open, in a thread that reads, and survives whatever happens to it.
 
-    It calls owner.connect(usb_id, now) for a new `Connection` to a port that was opened; owner.on_packet(packet) for
-    each `Packet` from the board; on_change(trouble) once per change, with None when the port is open and with a message
-    when it is not; on_protocol(protocol) when the board's is known; on_failure(error) with an exception out of these or
-    its own, behind which it opens the port anew. When no command came for `write_timeout` [s] the board is sent a
-    stop, and again after each further one: a line may be spoilt.
+    It calls owner.connect(usb_id, now) for a new `Connection` to a port that was opened; owner.on_packet(packet);
+    on_change(trouble) with None when the port is open, with a message when it is not; on_protocol(protocol) when the
+    board's is known; on_failure(error) with an exception out of these or its own, behind which it opens the port anew.
+    When no command came for `write_timeout` [s] the board is sent a stop, and another after each further one.
     """
 
     def __init__(self, port, baudrate, owner, write_timeout=0.5, retry_period=0.5):
         self._name, self._baudrate, self._owner = port, baudrate, owner
-        self._write_timeout = write_timeout
-        self._retry_period = retry_period
+        self._write_timeout, self._retry_period = write_timeout, retry_period
         self._tick_period = write_timeout / 8  # [s] of the watch for gaps
-        self._lock = threading.Lock()  # of the following six, and of the connection
+        self._lock = threading.Lock()  # of the following five, and of the connection
         self._port = None       # file descriptor of the open port
         self._outbox = Outbox()
         self.commanded = None   # the newest `Packet` that the board was to follow, until it is too old
         self._deadline = 0.0    # [s] ... as it is then: when to send a stop packet
-        self._failure = None    # an exception, which the thread raises
         self._closing = False
-        self._close_by = None   # [s] when to give up sending the last packet
         self._woken, self._wake = os.pipe()  # wakes the thread
         os.set_blocking(self._wake, False)
         self.trouble = NOT_TRIED  # None while the port is open
@@ -77,13 +73,11 @@ class SerialLink:
                 return
             self.commanded, self._deadline = None, now + self._write_timeout
             if not self._closing:
-                try:
-                    self._outbox.put(self.connection.encode(packet, now))
-                    self.commanded = packet if self.connection.drives else None
+                self._outbox.put(self.connection.encode(packet, now))
+                self.commanded = packet if self.connection.drives else None
+                with contextlib.suppress(OSError):  # of the port, which the thread finds, too
                     self._outbox.write(self._port, time.monotonic)
-                except Exception as error:
-                    self._failure = error
-            waits = self._failure or self._outbox
+            waits = bool(self._outbox)
         if waits:
             self._notify()
 
@@ -94,7 +88,6 @@ class SerialLink:
 
     def close(self):
         """Send a last stop, close the port and end the thread."""
-        self._close_by = time.monotonic() + self._write_timeout
         self._closing = True
         self._notify()
         self._thread.join(self._retry_period + self._write_timeout)
@@ -108,14 +101,14 @@ class SerialLink:
             try:
                 with opened(self._name, self._baudrate) as port:
                     now = time.monotonic()
-                    self.connection = connection = self._call("connect", usb_id(self._name), now)
-                    self._outbox, self._failure = Outbox(BITS_OF_A_BYTE / self._baudrate), None
+                    self.connection = connection = self._owner.connect(usb_id(self._name), now)
+                    self._outbox = Outbox(BITS_OF_A_BYTE / self._baudrate)
                     self.commanded, self._deadline = None, now + self._write_timeout
                     self.opened += 1
                     self.trouble = None
                     try:
                         self._port = port.fileno()
-                        self._call("on_change", None)
+                        self._owner.on_change(None)
                         self._serve(self._port, connection)
                     finally:
                         with self._lock:
@@ -127,13 +120,6 @@ class SerialLink:
                 self._lost(f"{self._name}: a fault of this program, {type(error).__name__}: {error}")
             self._rest(self._retry_period)
 
-    def _call(self, name, *arguments):
-        """Of the owner; an OSError out of it is none of the port."""
-        try:
-            return getattr(self._owner, name)(*arguments)
-        except OSError as error:
-            raise RuntimeError(f"{type(error).__name__}: {error}") from error
-
     def _serve(self, port, connection):
         """Move bytes both ways until the port fails, the board falls silent or the link is closed."""
         poll, protocol = select.poll(), None
@@ -142,7 +128,7 @@ class SerialLink:
         while True:
             if connection.protocol is not protocol:
                 protocol = connection.protocol
-                self._call("on_protocol", protocol)
+                self._owner.on_protocol(protocol)
             now = time.monotonic()
             self.gaps.tick(now)
             if self._closing:
@@ -158,15 +144,10 @@ class SerialLink:
             data = read(port, events[port]) if port in events else b""
             for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
                 for packet in self._feed(port, connection, line):
-                    self._call("on_packet", packet)
+                    self._owner.on_packet(packet)
 
     def _write(self, port, connection, now):
-        """Write what waits, and the stop in its place when the newest command is too old.
-
-        Returns the time [s] until something has to be done although nothing comes.
-        """
-        if self._failure:
-            raise self._failure
+        """Write what waits, or a stop where the newest command is too old; [s] until more is to do if nothing comes."""
         if now >= self._deadline:
             self.commanded, self._deadline = None, now + self._write_timeout
             stop = connection.stop(now)
@@ -193,7 +174,8 @@ class SerialLink:
             stop = connection.last_stop()
             self._outbox.put(stop)
             self._outbox.added.extend(filter(None, [stop]))
-        while self._outbox and time.monotonic() < self._close_by:
+        end = time.monotonic() + self._write_timeout
+        while self._outbox and time.monotonic() < end:
             self._outbox.write(port, time.monotonic)
             time.sleep(FULL_LINE if self._outbox else 0.0)
 
@@ -229,8 +211,7 @@ def read(port, events):
 class Outbox:
     """The newest command that was `put`, until it is written; one line at a time.
 
-    added: lines (bytes) that can wait until no command does; any thread may append to it.
-    byte_time: [s] that the serial line needs for a byte; 0: none. Times `now` [s] are the caller's.
+    added: lines (bytes) that wait until no command does; any thread may append. byte_time: [s] of a byte on the line.
     """
 
     def __init__(self, byte_time=0.0):
@@ -251,10 +232,7 @@ class Outbox:
         self._command = command
 
     def write(self, descriptor, clock):
-        """Write to a port what it takes now.
-
-        No line while the driver has bytes of one before: it may join the two, and a command would wait behind old ones.
-        """
+        """Write to a port what it takes now; no line while the driver has bytes of one before: it would wait."""
         with contextlib.suppress(BlockingIOError):
             while self._rest or (self and not waiting_bytes(descriptor)):
                 self._rest = self._rest or self.take(clock())
@@ -264,7 +242,7 @@ class Outbox:
                 self.written(clock())
 
     def take(self, now):
-        """The line to write now; empty when there is none, or it is too early."""
+        """The line to write now [s]; empty when there is none, or it is too early."""
         if now < self._free_at or not (self._command or self.added):
             return b""
         line, self._command = self._command or self.added.popleft(), b""
@@ -274,7 +252,7 @@ class Outbox:
         return line
 
     def written(self, now):
-        """The line is out, which may be a while after `take`: the pause behind it begins now."""
+        """A line or a part is out: the pause behind it begins now."""
         self._free_at = now + self._pause
 
     def wait(self, now):

@@ -40,7 +40,7 @@ def session_of(device):
 
 
 def users_of(port):
-    """List of the other processes that have a port open, as text; without those of which this user may see nothing."""
+    """List of the other processes, of which this user may see it, that have a port open, as text."""
     device = os.path.realpath(port)
     return [f"process {pid} ({_read(pid, 'comm').strip()})" for pid in _processes()
             if pid != os.getpid() and device in _open_files(pid)]
@@ -60,12 +60,9 @@ def _read(pid, file):
 
 def _open_files(pid):
     """Paths of the files that a process has open, as far as this user may see them."""
-    files = set()
     with contextlib.suppress(OSError):
-        for descriptor in os.listdir(f"/proc/{pid}/fd"):
-            with contextlib.suppress(OSError):
-                files.add(os.readlink(f"/proc/{pid}/fd/{descriptor}"))
-    return files
+        return [os.path.realpath(f"/proc/{pid}/fd/{descriptor}") for descriptor in os.listdir(f"/proc/{pid}/fd")]
+    return ()
 
 
 ADVICE = {
@@ -81,11 +78,8 @@ class ForeignPortError(OSError):
 
 @contextlib.contextmanager
 def opened(name, baudrate, timeout=0.0):
-    """A port as this process' own: also programs that look at no lock are refused. Yields serial.Serial.
-
-    Raises OSError alone, a ForeignPortError where it leads to a user's terminal. A pseudo-terminal is only locked:
-    after `kill -9` it would stay marked for as long as its other end lives; a real port loses the mark.
-    """
+    """A port as this process' own: also programs that look at no lock are refused. Yields serial.Serial; OSError."""
+    # a pseudo-terminal is only locked: after `kill -9` it would stay marked
     reason = refusal(name)
     if reason:
         raise ForeignPortError(reason)

@@ -12,29 +12,23 @@ LINE = "roslaunch robotont_bringup robot.launch {} port:={}"
 
 
 def listen(port, baudrate, seconds):
-    """(protocol's name or None; the robot for it, or a description of the received data). Sends nothing.
-
-    Raises OSError.
-    """
-    listener = Listener(usb_id=usb_id(port))
-    for data in heard(port, baudrate, seconds):
-        name = listener.feed(data)
-        if name == OLD_FIRMWARE:
-            return None, explained(name)
-        if name:
-            return name, robot_for(name, listener.fields)
-    return None, listener.heard
+    """(protocol's name, the robot for it), or (None, why there is none). Sends nothing. Raises OSError."""
+    listener = Listener(usb_id(port))
+    name = next(filter(None, map(listener.feed, heard(port, baudrate, seconds))), None)
+    if name == OLD_FIRMWARE:
+        return None, explained(name)
+    return name, robot_for(name, listener.fields) if name else listener.heard
 
 
 def tell(port, baudrate, seconds):
     """Print what the board at a port is, and the line that starts it; the exit status."""
     try:
         name, received = listen(port, baudrate, seconds)
+        trouble = "" if name else f"{port}: {received}"
     except OSError as error:
-        print(f"which_robot: {explain(port, error)}", file=sys.stderr)
-        return 1
-    if name is None:
-        print(f"which_robot: {port}: {received}", file=sys.stderr)
+        trouble = explain(port, error)
+    if trouble:
+        print(f"which_robot: {trouble}", file=sys.stderr)
         return 1
     model = "" if importlib.util.find_spec("xacro") else " description:=false"  # no xacro, no model
     print(f"the board at {port} speaks {explained(name)}; start it with\n  {LINE.format(received, port)}{model}")

@@ -1,1 +1,1 @@
-"""One module per node, named after it: topics in, topics out. `scripts/robotont_node` runs all three in one process."""
+"""One module per node: topics in, topics out. `topic(name)` makes a topic of packets, of ros/packet_topics."""

@@ -18,8 +18,6 @@ from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.protocol import Packet, format_packet
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
-from robotont_driver.ros.lifecycle import run_node
-from robotont_driver.ros.packet_topics import PacketTopic
 from robotont_driver.ros.server_parameters import KeptParameter, kept_names
 from robotont_driver.ros.worker import Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header, connection_numbers
@@ -52,10 +50,7 @@ OLD = "an old command (kept back on its way, or latched before) does not drive"
 
 
 class DriverNode:
-    """Sends each command at once, repeats the newest, and stops when commands stop.
-
-    name: full name of the node. topic(name): a topic of packets, as `PacketTopic`.
-    """
+    """Sends each command at once, repeats the newest, and stops when commands stop."""
 
     def __init__(self, name, wheels, parameters, topic):
         self._period = 1.0 / parameters["publish_rate"]
@@ -85,7 +80,8 @@ class DriverNode:
         emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, tcp_nodelay=True)
         rospy.Service("emergency_stop/release", Trigger, self._on_release)
         cmd_vel = rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber("board_wheel_limit", Float64, self._on_limit)
+        # the board limits each wheel alone, which would bend the path
+        rospy.Subscriber("board_wheel_limit", Float64, lambda limit: self._stream.limit_wheels(limit.data))
         heard.append(cmd_vel)
         Worker(OutageWatch(boot_time, [cmd_vel, emergency_stop]).look)
         Health(robot_name(), {"command stream": self._report}, name)
@@ -111,11 +107,6 @@ class DriverNode:
             if self._emergency_stop.hear(who, message.data, latched, *connection_numbers(self._buttons, header)):
                 self._follow_emergency_stop(boot_time())
 
-    def _on_limit(self, message):
-        """The board limits each wheel alone, which would bend the path."""
-        with self._lock:
-            self._stream.limit_wheels(message.data)
-
     def _on_release(self, request):
         """A person releases all presses, whoever has pressed; none that he has not seen, where his node says so."""
         seen = connection_header(request).get("seen")
@@ -133,7 +124,7 @@ class DriverNode:
         return TriggerResponse(True, f"released; {before} had pressed it" if before else "was not pressed")
 
     def _follow_emergency_stop(self, now):
-        """Carry out a change, then tell it: nothing here waits for anybody."""
+        """Carry out a change, then tell it."""
         pressed_by = ", ".join(self._emergency_stop.pressed_by)
         if self._stream.emergency_stop(self._emergency_stop.pressed, now):
             self._send()
@@ -189,8 +180,3 @@ class DriverNode:
             }
         waiting = "no cmd_vel yet" if age is None else "following cmd_vel"
         return (WARN, complaint, values) if complaint else (OK, waiting, values)
-
-
-def main():
-    """Run driver_node."""
-    run_node(DriverNode, PacketTopic)

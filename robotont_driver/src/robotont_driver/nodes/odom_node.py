@@ -21,15 +21,13 @@ from robotont_driver.parameters.parameters import Parameter, ParameterError, fau
 from robotont_driver.ros.diagnostics import OK, WARN, Health, Rate, robot_name
 from robotont_driver.ros.imu_input import ImuInput
 from robotont_driver.ros.kept_pose import KeptPose
-from robotont_driver.ros.lifecycle import run_node
-from robotont_driver.ros.packet_topics import PacketTopic
-from robotont_driver.ros.worker import read_clocks
 from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
 
 GYRO_BIAS_DRIFT = 7e-5   # [rad/s] how far a gyro's bias walks in 1 s, growing with the square root of the time
 GYRO_SCALE_NOISE, GYRO_SCALE_NOISE_CALIBRATED = 0.01, 3e-4  # [rad/s] at 1 rad/s; docs/odometry.md
 # Rows of z, roll and pitch (and their rates): a robot on the floor has no variance there; filters like no zeros.
 FLAT = (0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-6, 0.0)
+LONGEST_READING = 1_000_000  # [ns] that reading two clocks may take; longer, and something came between
 RECENTLY = 10 * SECOND  # [ns] for which the diagnostics warn that the clock was set
 
 PARAMETERS = (
@@ -58,10 +56,7 @@ PARAMETERS = (
 
 
 class OdomNode:
-    """Publishes one odometry message, transform and joint state per packet.
-
-    name: full name of the node. topic(name): a topic of packets, as `PacketTopic`.
-    """
+    """Publishes one odometry message, transform and joint state per packet."""
 
     def __init__(self, name, wheels, parameters, topic):
         frames = parameters["odom_frame"], parameters["base_frame"]
@@ -192,6 +187,18 @@ class OdometryMessages:
         self._joint_publisher.publish(joints)
 
 
+def read_clocks():
+    """(steady clock, ROS time) [ns] of one instant; simulated time is both."""
+    if not rospy.rostime.is_wallclock():
+        now = rospy.Time.now().to_nsec()
+        return now, now
+    while True:
+        steady = time.monotonic_ns()
+        now = time.time_ns()  # what rospy.Time.now() reads, too
+        if time.monotonic_ns() - steady < LONGEST_READING:
+            return steady, now
+
+
 def joint_names(given, wheels):
     """Names of the joints: those `given` between blanks, or wheel_0_joint, ... Raises ParameterError."""
     names = given.split() or [f"wheel_{wheel}_joint" for wheel in range(wheels)]
@@ -204,8 +211,3 @@ def planar(covariance):
     """The 36 numbers of a message (x, y, z, roll, pitch, yaw; row by row) for a Covariance."""
     xx, xy, xa, yy, ya, aa = covariance
     return [xx, xy, 0.0, 0.0, 0.0, xa, xy, yy, 0.0, 0.0, 0.0, ya, *FLAT, xa, ya, 0.0, 0.0, 0.0, aa]
-
-
-def main():
-    """Run odom_node."""
-    run_node(OdomNode, PacketTopic)

@@ -13,9 +13,7 @@ from robotont_driver.protocol.protocol import ProtocolError
 from robotont_driver.robots.battery import Battery, read_pack
 from robotont_driver.ros.board_topics import BoardTopics
 from robotont_driver.ros.diagnostics import Health
-from robotont_driver.ros.lifecycle import run_node
 from robotont_driver.ros.link_report import LinkReport
-from robotont_driver.ros.packet_topics import PacketTopic
 from robotont_driver.ros.worker import log_fault
 
 LARGEST_REACH = 0x7FFF  # [edges] what the 16 bits of a packet's totals can represent
@@ -36,7 +34,7 @@ PARAMETERS = (
 
 
 def check_protocol(wheels, packets):
-    """Raise ParameterError where no board that speaks a protocol can have these wheels."""
+    """Raise ParameterError where no board of a protocol can have these wheels."""
     edges = counts_in_reach(wheels)
     if edges > LARGEST_REACH:
         raise ParameterError(["encoderEdgesPerMotorRevolution and pidControlFrequency: found "
@@ -48,10 +46,7 @@ def check_protocol(wheels, packets):
 
 
 class SerialComNode:
-    """Carries packets between the topics and the board, in the board's protocol, and reports errors on the line.
-
-    name: full name of the node. topic(name): a topic of packets, as `PacketTopic`.
-    """
+    """Carries packets between the topics and the board, in the board's protocol, and reports errors on the line."""
 
     def __init__(self, name, wheels, parameters, topic):
         self._port = parameters["port"]
@@ -87,7 +82,7 @@ class SerialComNode:
 
     def _on_light(self, first, colours):
         protocol = self._link.connection and self._link.connection.protocol
-        for line in protocol.encode_lights(first, colours) if protocol else ():
+        for line in protocol.encode_lights(first, [(one.r, one.g, one.b) for one in colours]) if protocol else ():
             self._link.add(line)
 
     on_failure = staticmethod(log_fault)
@@ -101,15 +96,6 @@ class SerialComNode:
 
     def on_change(self, trouble):
         """The port was opened, or lost with a message."""
-        if trouble:
-            log = rospy.logwarn if self._link.opened else rospy.loginfo  # the simulator's comes a moment later
-            log("%s", trouble)
-        elif self._link.opened > 1:
-            rospy.logwarn("%s: open again; what wheels have turned meanwhile is missing in the odometry", self._port)
-        else:
-            rospy.loginfo("%s: open", self._port)
-
-
-def main():
-    """Run serial_com_node."""
-    run_node(SerialComNode, PacketTopic)
+        before = self._link.opened - (not trouble)  # the simulator's port comes a moment later
+        again = "open again; what wheels have turned meanwhile is missing in the odometry" if before else "open"
+        (rospy.logwarn if before else rospy.loginfo)("%s", trouble or f"{self._port}: {again}")

@@ -1,4 +1,1 @@
-"""Where the robot is, and how sure that is.
-
-In go counts of the wheels and turning rates of a gyro. Out come pose, twist and covariance, and wheels that slip.
-"""
+"""Counts of the wheels and rates of a gyro in; pose, twist, covariance and wheels that slip out."""

@@ -1,7 +1,7 @@
 """A gyro beside the wheels: its bias, whether it turns as they do, the heading by both. Counterclockwise [rad], [ns].
 
-Its rate is `scale * rate + bias + white noise`; the bias walks slowly. It is learnt while the wheels stand, and only
-then: an error of the wheel parameters must not become one of the gyro.
+Its rate is `scale * rate + bias + white noise`. The bias walks slowly and is learnt only while the wheels stand: their
+errors must not become its.
 """
 
 import math
@@ -65,15 +65,15 @@ class Bias:
 class Agreement:
     """Scale and delay of a gyro, by the wheels: its turn beyond theirs is `error * turn - delay * change of the rate`.
 
-    `error` of the scale, `delay` [s] of its stamps; `judged`: whether they are known. `refused`: why it is not used, or
-    empty. `wrong`: size of `error` that the wheels do not explain; else 0. `sure`: a block has just shown it right.
+    `error`, `delay` [s]; `judged`: whether they are known. `refused`: why it is not used, or empty. `wrong`: the part
+    of `error` that the wheels do not explain. `sure`: a block has just shown it right.
     """
 
     def __init__(self):
         self.error = self.delay = self.wrong = 0.0
         self.refused, self.judged, self.sure = "", False, False
-        self._block, self._normal, self._sums, self._squares = [], np.zeros((2, 2)), np.zeros(2), 0.0
-        self._amounts = np.zeros(2)  # blocks, [rad] turned
+        # normal equations and their right side, squares of what is beyond, (blocks, [rad] turned)
+        self._block, self._sums = [], (np.zeros((2, 2)), np.zeros(2), 0.0, np.zeros(2))
 
     def update(self, beyond, turned, seconds):
         """Take the gyro's turn in a packet beyond the wheels' `turned`."""
@@ -84,18 +84,15 @@ class Agreement:
         (beyond, turned), self._block = np.array(self._block).T, []
         ends = max(1, round(ENDS / seconds))
         row = np.array((turned.sum(), (turned[:ends].sum() - turned[-ends:].sum()) / (ends * seconds)))
-        self._normal = MEMORY * self._normal + np.outer(row, row)
-        self._sums = MEMORY * self._sums + row * beyond.sum()
-        self._squares = MEMORY * self._squares + beyond.sum() ** 2
-        self._amounts = MEMORY * self._amounts + np.array((1.0, abs(row[0])))
-        self.judged = self._amounts[1] >= JUDGED
-        if self.judged:
-            self._judge()
-
-    def _judge(self):
-        inverse = np.linalg.inv(self._normal + np.diag((0.0, 1.0)))  # no delay, until changes of the rate show it
-        self.error, self.delay = found = (inverse @ self._sums).tolist()
-        variance = max(0.0, self._squares - self._sums @ found) / max(1.0, self._amounts[0] - 2.0)
+        new = np.outer(row, row), row * beyond.sum(), beyond.sum() ** 2, np.array((1.0, abs(row[0])))
+        self._sums = [MEMORY * old + more for old, more in zip(self._sums, new)]
+        normal, right, squares, (blocks, way) = self._sums
+        self.judged = way >= JUDGED
+        if not self.judged:
+            return
+        inverse = np.linalg.inv(normal + np.diag((0.0, 1.0)))  # no delay, until changes of the rate show it
+        self.error, self.delay = found = (inverse @ right).tolist()
+        variance = max(0.0, squares - right @ found) / max(1.0, blocks - 2.0)
         scale, delay = SURE * np.sqrt(variance * np.diag(inverse))
         off = abs(self.error)
         self.wrong = off if off - scale * 2 / 3 > OWN else 0.0
@@ -113,8 +110,8 @@ class Gyro:
 
     noise: [rad/s/sqrt(Hz)]; bias_walk: [rad/s/sqrt(s)]; scale: rate for 1 rad/s, and its standard deviation.
     `compared`: the newest turn beyond the wheels', its variance, [s] of timing; or None. `behind`: packets whose turn
-    is still the wheels' alone. `learns`: whether the robot stood, as for the bias. `saturates`: [rad/s], 0: not seen.
-    `turned`: by it, with sign, for its calibration. `without`: share of the last second's packets without its turn.
+    is the wheels' alone as yet. `learns`: the robot stood. `saturates`: [rad/s], 0: not seen. `turned`: by it in all.
+    `without`: share of the last second's packets without its turn.
     """
 
     def __init__(self, period, metres_per_edge, noise, bias_walk, scale=1.0, scale_noise=0.0):
@@ -160,10 +157,9 @@ class Gyro:
         self._hits += abs(rate) == self._top
 
     def fuse(self, counts, step, covariance, readings, stamp, doubted):
-        """(step, Covariance, lasting as in `Pose.move`) of the packet that ends at `stamp` [ns].
+        """(step, Covariance, lasting as in `Pose.move`) of the packet of n `counts` that ends at `stamp` [ns].
 
-        counts: n; step: (dx, dy, dyaw) of the wheels, with its Covariance, and that of two `readings` of encoders.
-        doubted: whether wheels may slip.
+        step: of the wheels, with its Covariance and that of two `readings`. doubted: whether wheels may slip.
         """
         wheels, agreement, refused, used = (step, covariance, NO_LASTING), self.agreement, self.agreement.refused, []
         self.learns = False
@@ -174,13 +170,14 @@ class Gyro:
             if self.bias.learnt >= LEARNING and not self._is_saturated(turn, turned):
                 used.append((turn, turn - turned, seconds, doubted or not stands))
                 agreement.update(turn - turned, turned, seconds)
-        turn, beyond, seconds = self._sums(used)
+        turn, beyond, seconds, _ = map(sum, zip((0.0,) * 4, *used))
         timing, self.compared = max(TIMING, abs(agreement.delay)) if agreement.judged else UNKNOWN, None
         stands = stamp - self._still_since >= SETTLING * SECOND
         if (agreement.judged or stands) and not agreement.refused and self.behind * self.period < LATE:
             self.compared = beyond, self._variance(turn, seconds), timing
         self.turned += turn * (not agreement.refused)
-        turn, beyond, seconds = self._sums(each for each in used if each[3])  # a robot that stands turns by hand alone
+        # a robot that stands turns by hand alone
+        turn, beyond, seconds, _ = map(sum, zip((0.0,) * 4, *[each for each in used if each[3]]))
         fused = wheels if refused or not seconds else self._weigh(step, covariance, readings, turn, beyond, seconds)
         if agreement.sure:
             self._given = self._saved = self._way = 0.0
@@ -196,7 +193,6 @@ class Gyro:
     def words(self, now):
         """Why it is not used, or nothing."""
         late, bias = min(self._late, self._least), self.bias
-        most = math.degrees(self.saturates)
         reasons = (
             (late > now / SECOND - 1.0, "its stamps are zero"),
             (not -AHEAD < late < BEHIND,
@@ -208,7 +204,7 @@ class Gyro:
                                        "that is too small, or it is turned by hand"),
             (bias.learnt < LEARNING, f"let the robot stand for {SETTLING + LEARNING:g} s: the bias is learnt then"),
             (self.without > 0.5, "its samples come too late, or with gaps"),
-            (self.saturates, f"it measures no more than {most:.0f} deg/s, and is not used beyond"),
+            (self.saturates, f"it measures no more than {math.degrees(self.saturates):.0f} deg/s; not used beyond"),
         )
         return next((words for holds, words in reasons if holds), "")
 
@@ -251,12 +247,6 @@ class Gyro:
         self._flat = flat, wheels = self._flat[0] + abs(turn), self._flat[1] + abs(turned)
         self.saturates = self._top if flat > FAST and wheels > BEYOND * flat else 0.0
         return flat <= FAST or self.saturates > 0.0
-
-    @staticmethod
-    def _sums(packets):
-        """(turn, turn beyond the wheels', [s]) of all packets together."""
-        turn, beyond, seconds, _ = map(sum, zip((0.0,) * 4, *packets))
-        return turn, beyond, seconds
 
     def _variance(self, turn, seconds):
         """Of the turn in a window of 0.5 s, its packet's part: errors of bias and scale are the same in all of it."""

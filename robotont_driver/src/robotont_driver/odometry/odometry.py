@@ -1,4 +1,4 @@
-"""Odometry of omni wheels on SE(2): exact steps, propagated covariance, nothing but numbers.
+"""Odometry of omni wheels on SE(2): exact steps, propagated covariance.
 
 A pose is (x [m], y [m], yaw [rad]) of base_link in the odometry frame. A step is the integral of a constant
 twist (v_x t [m], v_y t [m], omega t [rad]) in base_link. Plain arithmetic: an update takes half of numpy's time.
@@ -93,11 +93,7 @@ class Pose:
 
     @property
     def covariance(self):
-        """Covariance of the pose.
-
-        An error d of the heading makes a way w end d^2 w / 2 short of where the first order has it; the mean of d^4 is
-        3 times the square of that of d^2.
-        """
+        """An error d of the heading ends a way w by d^2 w / 2 short; the mean of d^4 is 3 times the square of d^2's."""
         xx, xy, xa, yy, ya, aa = self._steps
         x, y = self._bent
         total = Covariance(xx + 3 * x * x, xy + 3 * x * y, xa, yy + 3 * y * y, ya, aa)
@@ -107,9 +103,9 @@ class Pose:
         return total
 
     def move(self, step, step_covariance=NONE, lasting=NO_LASTING):
-        """Move by a step (3 floats) with its Covariance: F P F' + G Q G', the Jacobians by the pose and by the step.
+        """Move by a step (3 floats) along an arc: F P F' + G Q G', the Jacobians by the pose and by the step.
 
-        The path is an arc, as in `se2.arc`. lasting: change of the step for an error of 1, of bias and scale (2 x 3).
+        lasting: change of the step for an error of 1, of bias and scale (2 x 3).
         """
         dx, dy, dyaw = step
         half = dyaw / 2
@@ -141,14 +137,12 @@ class WheelOdometry:
     """Packets in; pose, twist, their covariances and the wheels' angles out.
 
     period: time [s] that one packet stands for. 0: packets contain speeds, each valid until the next one.
-    wheel_noise: standard deviation of a wheel's path after 1 m, growing with the root of the path [m per root m].
-    gyro: a `Gyro`, or None.
+    wheel_noise: as in `variance_per_edge`. gyro: a `Gyro`, or None.
     """
 
     def __init__(self, kinematics, period, wheel_noise, gyro=None):
         wheels = kinematics.wheels
-        self.kinematics = kinematics
-        self.period = period
+        self.kinematics, self.period = kinematics, period
         self._variance_per_edge = variance_per_edge(wheel_noise, wheels.metres_per_edge)
         self._gyro, self._pending = gyro, NONE
         self._rate = 1.0 / period if period else wheels.pid_frequency  # [Hz] packets per second
@@ -179,10 +173,9 @@ class WheelOdometry:
         return self.pose.covariance.plus(end.propagated((cos, -sin, 0.0), (sin, cos, 0.0)))
 
     def update(self, counts, elapsed, stamp=0, slips=None):
-        """Take one packet, n counts or speeds [edges per PID period], `elapsed` [s] after the one before.
+        """Take one packet, n counts, or speeds [edges per PID period] `elapsed` [s] after the one before.
 
-        `elapsed` matters only for speeds, `stamp` [ns] only with a gyro, on whose clock it is. slips: n
-        variances [edges^2] of wheels that may slip.
+        stamp: [ns] on a gyro's clock. slips: n variances [edges^2] of wheels that may slip.
         """
         step, covariance = self._step(counts, slips)
         lasting = NO_LASTING
@@ -207,10 +200,7 @@ class WheelOdometry:
         self.wheel_rates = [edges * factor for edges in counts]
 
     def _step(self, edges, slips=None):
-        """Step (3 floats) by n encoder `edges`, and its Covariance by noise that grows with each wheel's path.
-
-        (8)-(11), with paths for speeds.
-        """
+        """(8)-(11): step (3 floats) by n `edges`, and its Covariance by noise that grows with each wheel's path."""
         step = [sum(map(mul, row, edges)) for row in self._rows]
         variances = list(map(mul, map(abs, edges), self._variance_per_edge))
         if slips:
@@ -225,9 +215,8 @@ class WheelOdometry:
 
 
 def variance_per_edge(wheel_noise, metres_per_edge):
-    """[edges^2 per edge], n: by how much each edge adds to the variance of a wheel's path.
+    """[edges^2 per edge], n: by how much each edge adds to the variance of a wheel's path. metres_per_edge: n [m].
 
     wheel_noise: standard deviation of a wheel's path after 1 m, growing with the root of the path [m per root m].
-    metres_per_edge: n [m].
     """
     return (wheel_noise ** 2 / np.asarray(metres_per_edge)).tolist()

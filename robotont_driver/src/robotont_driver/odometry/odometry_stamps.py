@@ -1,4 +1,4 @@
-"""When a packet was made, from its number and its arrival. Times are in [ns].
+"""When a packet was made, from its number and its arrival [ns].
 
 The board makes packet k at a + b k; it arrives later than that, never earlier: the stamp is the lower envelope of the
 arrivals (E. Olson, A Passive Solution to the Sensor Synchronization Problem, IROS 2010; here b is estimated, too).
@@ -16,10 +16,9 @@ LATE, LOST, SHARP = 0.75, 8, 0.2  # [periods] late; up to so many whole ones, an
 
 
 class OdometryStamps:
-    """Stamps packets of a nominal period [s]; 0: they stand for no certain period and are stamped by arrival.
+    """Stamps packets of a nominal period [s]; 0: by arrival alone.
 
-    `drift` of the board's period [1], at most LARGEST_DRIFT; `restarts` of the line; `event`: a clock was set, at the
-    arrival `event_at`.
+    `drift` of the board's period [1]; `restarts` of the line; `event`: a clock was set, at the arrival `event_at`.
     """
 
     def __init__(self, period):
@@ -29,10 +28,7 @@ class OdometryStamps:
         self._losses = 0  # 0 to 3: gaps before packets without numbers that were losses, less those that were not
 
     def stamp(self, arrival, now, number=None):
-        """Stamp of the next packet on the wall clock: not ahead of `now`, or behind the last but where it was set back.
-
-        arrival: the same instant on a clock that is never set. number: in periods, or None.
-        """
+        """Stamp of the packet `number` (periods, or None), at most `now`; arrival: as now, on a clock never set."""
         if self._origin is None:
             self._origin, self._arrival, self._offset = arrival, 0, now - arrival
         offset, since = now - arrival, arrival - self._origin - self._arrival
@@ -47,7 +43,7 @@ class OdometryStamps:
         return self._newest
 
     def _advance(self, arrival, since, number):
-        """Move the line on to a packet that came `since` [ns] after the last one; begin anew where it does not fit."""
+        """Move the line on to a packet `since` [ns] after the last one; begin anew where it does not fit."""
         periods = 1 if number is None or self._given is None else number - self._given
         self._given = number
         if not 0 <= since < PAUSE or periods <= 0 or self.restarts < 0 or not self._nominal:
@@ -65,8 +61,7 @@ class OdometryStamps:
             self._losses = (self._losses or 1) * (late >= 0)  # before what comes so early no packet was lost
             self._begin(arrival)
             return
-        if self._line + late - self._earliest[0] < self._period * (self._number - self._earliest[1]):
-            self._earliest = self._line + late, self._number
+        self._earliest = min(self._earliest, (self._line + late, self._number), key=self._residual)
         self._line += min(late, 0.0)  # nothing arrives before it is made
         if on_time and arrival - self._begun >= (SECOND if len(self._minima) >= FIRST_BLOCKS else SECOND // 5):
             self._fit(arrival)
@@ -94,8 +89,7 @@ class OdometryStamps:
             self.drift = min(max(period / self._nominal - 1, -LARGEST_DRIFT), LARGEST_DRIFT)
             self._period = self._nominal * (1 + self.drift)
             self._reliable = self._period if len(self._minima) > FIRST_BLOCKS else self._reliable
-        height = min(map(self._residual, self._minima[-RECENT:]))
-        self._line = min(height + self._number * self._period, arrival)
+        self._line = min(min(map(self._residual, self._minima[-RECENT:])) + self._number * self._period, arrival)
         self._begun, self._earliest = arrival, (math.inf, 0)
 
     def _residual(self, numbered):

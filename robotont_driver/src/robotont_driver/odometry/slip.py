@@ -28,10 +28,10 @@ DRIVEN, TRUST, MEMORY = 0.02, 6, 600  # [m] in a window that teaches them; windo
 class SlipSearch:
     """Finds the wheel that does not roll as the others do. kinematics: of all n wheels; period: [s] of a packet.
 
-    wheel_noise: as in WheelOdometry. limit: [sigma] of a residual; 0: no search. `slipping`: the wheel that is
-    excluded, or none. `alike`: those of which one slips; n: the gyro, so the robot is moved from outside. `slips`: n
-    variances [edges^2] of a packet's paths then. `lagging`: wheels that do not turn as commanded. `noise`: learnt
-    variances over `wheel_noise` squared, of each wheel's own and of what all have in common, as over a rough floor.
+    limit: [sigma] of a residual; 0: no search. `slipping`: the wheel that is excluded, or none. `alike`: those of which
+    one slips; n: the gyro, so the robot is moved from outside. `slips`: n variances [edges^2] of a packet's paths then.
+    `lagging`: wheels that do not turn as commanded. `noise`: learnt variances over `wheel_noise` squared, of each
+    wheel's own and of what all have in common, as over a rough floor.
     """
 
     def __init__(self, kinematics, period, wheel_noise, limit):
@@ -52,10 +52,7 @@ class SlipSearch:
         self.slipping, self.alike, self.slips, self.lagging, self.alarms = (), (), None, (), 0
 
     def update(self, counts, commanded=None, gyro=None):
-        """Take n counts, the n units commanded (None: unknown), and what a gyro's turn adds (`Gyro.compared`).
-
-        Whether `slipping` or `alike` has changed.
-        """
+        """Take n counts, the n units commanded or None, `Gyro.compared`; whether `slipping` or `alike` has changed."""
         self._packets.append((counts, commanded, gyro or (0.0, UNKNOWN, 0.0)))
         if len(self._packets) < self._size:
             return False
@@ -88,10 +85,7 @@ class SlipSearch:
         self.lagging = tuple((abs(path - commanded) > allowed).nonzero()[0].tolist() if self._known >= RECENT else ())
 
     def measure(self, blocks, turns, known, noise):
-        """What `judge` takes, of b blocks: b x 4 x n as by `block`, b x 3 of a gyro; known: those with commands.
-
-        noise: 2, as `self.noise`. All but `known` may have leading axes.
-        """
+        """What `judge` takes, of b blocks: b x 4 x n as by `block`, b x 3 of a gyro; known: those with commands."""
         n, change = self.wheels, np.ptp(blocks[..., -BEHIND:, 0, :] @ self._inverse[2], axis=-1)
         blocks, turns = blocks[..., -WINDOW:, :, :], turns[..., -WINDOW:, :]
         path, _, commanded, lag = np.moveaxis(blocks.sum(axis=-3), -2, 0)
@@ -157,8 +151,8 @@ class SlipSearch:
 def _residuals(rows, values, covariance):
     """(b x m, m, m x m): residuals of b x m values in deviations, [m] that each is too long for one, their weights.
 
-    W. Baarda, A Testing Procedure for Use in Geodetic Networks (1968). rows: m x 3, of what measures a motion. Those
-    that nothing checks have none. All but rows may have leading axes.
+    W. Baarda, A Testing Procedure for Use in Geodetic Networks (1968). rows: m x 3, of what measures a motion; 0 where
+    nothing checks one. All but rows may have leading axes.
     """
     inverse = np.linalg.inv(covariance)
     weighed = inverse @ rows

@@ -1,4 +1,4 @@
-"""Files of YAML that people write by hand, with a message for every error; files that are there whole or not at all."""
+"""Files that people write by hand (YAML), read with a message for every error; files written whole or not at all."""
 
 import contextlib
 import errno
@@ -22,8 +22,7 @@ def read_mapping(path, allowed):
     """(mapping, text) of a YAML file that contains one, or nothing; allowed: description of what it should contain.
 
     Angles may be written as for rosparam: deg(45), rad(pi/4), !degrees 45, !radians pi/4. Raises ValueError, in one
-    line, with the error: no UTF-8, no YAML, a key twice, an alias, a number in another base, no mapping; OSError where
-    it cannot be read or is too large.
+    line; OSError where it cannot be read or is too large.
     """
     try:
         text = read_file(path, MOST_BYTES).decode("utf-8")
@@ -36,11 +35,9 @@ def read_mapping(path, allowed):
         raise ValueError(f"{path}: no YAML: {error.problem}" + (f", in line {mark.line + 1}" if mark else "")) from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise ValueError(f"{path}: no YAML: {' '.join(str(error).split())}") from None
-    if content is None:
-        content = {}
-    if not isinstance(content, dict):
+    if not isinstance(content, (dict, type(None))):
         raise ValueError(fault(str(path), content, allowed))
-    return content, text
+    return content or {}, text
 
 
 class _Loader(yaml.SafeLoader):
@@ -105,8 +102,7 @@ def _error(words, part):
 def new_file(path, mode=0o644):
     """A binary file to write to, which takes the place of `path` at the end of the `with`; none on an exception.
 
-    It is written beside, has this mode whatever was there before, and is on the disk before it takes the place. A
-    link itself is replaced.
+    It has this mode whatever was there, and is on the disk before it takes the place; a link itself is replaced.
     """
     path = Path(path)
     _refuse_other(path)

@@ -3,8 +3,6 @@
 import contextlib
 import difflib
 import math
-import shutil
-import textwrap
 from typing import Any, NamedTuple, Optional, Tuple
 
 LONGEST_SHOWN = 200  # characters of a found value in messages
@@ -19,10 +17,7 @@ class ParameterError(ValueError):
 
 
 class Parameter(NamedTuple):
-    """One parameter of a node: its type is the type of its default.
-
-    A number has a `minimum` and a `maximum` (both allowed), and the `reason` for a bound that is not obvious.
-    """
+    """One parameter of a node, of its default's type; a number lies from `minimum` to `maximum`, for a `reason`."""
 
     name: str
     default: Any
@@ -49,9 +44,8 @@ class Parameter(NamedTuple):
         if isinstance(self.default, str):
             return "a string"
         kind = "a whole number" if isinstance(self.default, int) else "a finite number"
-        unit = f" [{self.unit}]" if self.unit else ""
-        bounds = f" from {self.minimum:.10g} to {self.maximum:.10g}"
-        return kind + bounds + unit + (f": {self.reason}" if self.reason else "")
+        unit, reason = f" [{self.unit}]" if self.unit else "", f": {self.reason}" if self.reason else ""
+        return f"{kind} from {self.minimum:.10g} to {self.maximum:.10g}{unit}{reason}"
 
     def accepts(self, value):
         """Whether `value` has the type and lies within the bounds."""
@@ -102,35 +96,14 @@ def shown(value):
 
 
 def read_parameters(table, given):
-    """Values by name: the `given` ones (a mapping), else the defaults.
-
-    Raises ParameterError with every wrong value and every name that is not in the table.
-    """
+    """Values by name: the `given` ones (a mapping), else the defaults. Raises ParameterError with every fault."""
     known = {parameter.name: parameter for parameter in table}
-    faults = [
-        fault("~" + name, given[name], parameter.allowed)
-        for name, parameter in known.items()
-        if name in given and not parameter.accepts(given[name])
-    ]
-    faults += [_unknown(name, known) for name in given if name not in known]
+    faults = [fault("~" + name, given[name], parameter.allowed) for name, parameter in known.items()
+              if name in given and not parameter.accepts(given[name])]
+    for name in given:
+        if name not in known:
+            hint = nearest(f"~{name}", ["~" + one for one in known]) or "; this node has " + ", ".join(sorted(known))
+            faults.append(f"~{str(name)[:100]}: no such parameter{hint}")
     if faults:
         raise ParameterError(faults)
     return {name: type(p.default)(given.get(name, p.default)) for name, p in known.items()}
-
-
-def help_text(table):
-    """The parameters for `-h`: name and default, meaning, allowed values."""
-    columns = min(shutil.get_terminal_size().columns, 110) - 2
-    lines = textwrap.wrap("parameters, on the parameter server, from a launch file, or as _NAME:=VALUE on the command "
-                          "line:", columns)
-    for parameter in table:
-        unit = f" [{parameter.unit}]" if parameter.unit else ""
-        lines += [f"  ~{parameter.name} (default: {parameter.default!r}{unit})",
-                  *textwrap.wrap(f"{parameter.meaning}; allowed: {parameter.allowed}", columns, initial_indent="      ",
-                                 subsequent_indent="      ")]
-    return "\n".join(lines) if table else ""
-
-
-def _unknown(name, known):
-    hint = nearest(f"~{name}", ["~" + one for one in known]) or "; this node has " + ", ".join(sorted(known))
-    return f"~{str(name)[:100]}: no such parameter{hint}"

@@ -1,10 +1,5 @@
-"""What the board reports about itself: the status in every packet, its identity and its messages, as readable text.
+"""What a board reports of itself, in words: the status in checked packets, identity, messages; docs/protocol.md."""
 
-See docs/protocol.md. The status travels under the CRC of every checked packet, so it is as new as the packet. Boards
-with firmware before 2.0 have no status; what they say is shown as it is.
-"""
-
-from collections import deque
 from functools import lru_cache
 from typing import NamedTuple, Tuple
 
@@ -21,6 +16,7 @@ FAULTS = {
     TOO_MANY: "wheel {}: counts more than its motor can turn: another encoder or gear than configured, or noise" + OFF,
     NOISE: "wheel {}: counts to and fro while it stands: encoder unplugged, or its cable picks up the motors" + OFF,
 }
+UNKNOWN = "wheel {}: fault {}, which this driver is too old for" + OFF
 NOTICES_KEPT = 8
 MOST_LOAD = 90  # [%] of a period
 
@@ -47,13 +43,12 @@ class BoardStatus(NamedTuple):
     @property
     def fault(self):
         """Description of the fault that stopped the motors; empty without one."""
-        unknown = "wheel {}: fault {}, which this driver is too old for" + OFF
-        return " / ".join(FAULTS.get(fault, unknown).format(wheel, fault) for wheel, fault in enumerate(self.wheels)
+        return " / ".join(FAULTS.get(fault, UNKNOWN).format(wheel, fault) for wheel, fault in enumerate(self.wheels)
                           if fault not in (NO_FAULT, OVERLOAD))
 
     @property
     def complaints(self):
-        """List of warnings: conditions that need attention although the robot can drive."""
+        """List of warnings."""
         warnings = [f"wheel {wheel} works too hard (stalled, or overloaded): its motor's current is limited"
                     for wheel, fault in enumerate(self.wheels) if fault == OVERLOAD]
         if self.flags & BATTERY_LOW:
@@ -80,10 +75,7 @@ class Identity(NamedTuple):
 
     @classmethod
     def parse(cls, text):
-        """From a banner, or the answer to `?;`, `robotont_firmware VERSION NAME VALUE ...`; None from other text.
-
-        Later firmware may say more than this.
-        """
+        """From `robotont_firmware VERSION NAME VALUE ...`, a banner or the answer to `?;`; None from other text."""
         name, version, *words = [*text.split(" "), ""]
         said = dict(zip(words[::2], words[1::2]), version=version)
         if name != "robotont_firmware":
@@ -107,29 +99,20 @@ class Identity(NamedTuple):
 
 
 class BoardHealth:
-    """Collects what a board reports about itself, for a robot of `wheels` wheels at `rate` [Hz].
+    """Collects what a board reports, for a robot of `wheels` wheels at `rate` [Hz].
 
-    `status`: newest BoardStatus; None from boards that send none. `identity`: None until it is known. `obstacle`: why
-    the board must not be driven. `foreign`: whether the newest packet was one of another number of wheels.
+    `status`, `identity`: None until one comes. `foreign`: the newest packet was one of another number of wheels.
     """
 
     def __init__(self, wheels, rate):
         self._wheels, self._rate = wheels, rate
         self._counted = self._reported = 0, 0  # ticks that it missed, lines that it refused; up to the last report
-        self.notices = deque(maxlen=NOTICES_KEPT)  # newest messages of the board
+        self.notices = []       # newest messages of the board
         self._news = []         # messages and faults since the last report
-        self.banner = ""
-        self._begin()
+        self.banner = self.obstacle = ""
+        self.status, self.identity, self.foreign = None, None, False
 
-    def _begin(self):
-        """The board starts: nothing is known of it."""
-        self.status = self.identity = None
-        self.obstacle, self.foreign = "", False
-
-    @property
-    def fault(self):
-        """Description of what has stopped the motors; empty when nothing has."""
-        return self.status.fault if self.status else ""
+    fault = property(lambda self: self.status.fault if self.status else "", doc="What has stopped the motors.")
 
     @property
     def wants_identity(self):
@@ -137,39 +120,33 @@ class BoardHealth:
         return self.identity is None and (self.status is not None or self.foreign)
 
     def hear_status(self, status):
-        """Another BoardStatus than before came in a packet; None from firmware before 2.0."""
-        if status is not None:
-            if self.status is not None:
-                self._counted = [count + (new - old) % 256 for count, new, old in zip(
-                    self._counted, status[1:3], self.status[1:3])]
-            self.status = status
-            self._tell(self.fault)
+        """Another BoardStatus than before came in a packet."""
+        if self.status is not None:
+            self._counted = [count + (new - old) % 256 for count, new, old in zip(
+                self._counted, status[1:3], self.status[1:3])]
+        self.status = status
+        self._tell(status.fault)
 
     def hear_text(self, text):
         """Take a line of text. Returns whether it is the banner of a board that has just started."""
-        self.notices.append(text)
+        self.notices = [*self.notices, text][-NOTICES_KEPT:]
         starts, answers = text.startswith("robotont"), text.startswith("identity")
         if not starts and not answers:
             self._tell(text)
         if starts:
-            self._begin()
-            self.banner = text
+            self.banner, self.status, self.foreign = text, None, False
         if starts or answers:
             self.identity = Identity.parse(text[len("identity "):] if answers else text)
             self.obstacle = self.identity.obstacle(self._wheels, self._rate) if self.identity else ""
         return starts
 
     def _tell(self, text):
-        """In the next report, if it is not empty."""
         self._news = [*self._news, text][-NOTICES_KEPT:] if text and text not in self._news else self._news
 
     def report(self):
-        """(errors, warnings, values) for the diagnostics, since the last call: call it once per report.
-
-        errors, warnings: lists of messages. A fault that came and went since the last report is in this one.
-        """
+        """(errors, warnings, values) since the last call: two lists of messages, of faults that are over, too."""
         errors = [message for message in (self.obstacle, self.fault) if message]
-        warnings = list(self.status.complaints) if self.status else []
+        warnings = self.status.complaints if self.status else []
         missed, refused = (new - old for new, old in zip(self._counted, self._reported))
         self._reported = self._counted
         if missed:
@@ -180,9 +157,6 @@ class BoardHealth:
         warnings += [f"the board reports: {text}" for text in news if text not in errors]
         if self.wants_identity:
             warnings.append("the board has not identified itself yet: it is not driven until then")
-        return errors, warnings, self._values()
-
-    def _values(self):
         values = {"board": self.banner, "board's newest messages": " | ".join(self.notices)}
         if self.identity:
             values.update({"board " + name: value for name, value in self.identity._asdict().items()})
@@ -193,4 +167,4 @@ class BoardHealth:
                 values["battery [V]"] = f"{self.status.voltage:.2f}"
             if self.status.load:
                 values["load of the board [% of a period]"] = self.status.load
-        return values
+        return errors, warnings, values

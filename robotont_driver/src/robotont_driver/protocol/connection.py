@@ -2,14 +2,11 @@
 
 from robotont_driver.protocol.board_status import Identity
 from robotont_driver.protocol.checked import Checked, CheckedPacket, ForeignPacketError
-from robotont_driver.protocol.official_boards import BANNER, OLD, USB_ID, Robotont2, Robotont3, is_old, read_numbers
+from robotont_driver.protocol.official_boards import BANNER, OLD, OLD_LINE, USB_ID, Robotont2, Robotont3, read_numbers
 from robotont_driver.protocol.plain import Plain, parse_packet
 from robotont_driver.protocol.protocol import LineSplitter, Packet, PacketError, ProtocolError, format_packet
 
 OWN_BANNER = "# robotont_firmware"
-# What drives each board: the robot for it, as the launch files' argument.
-ROBOTS = {Plain.name: "robot:=thesis", Checked.name: "robot:=thesis", Robotont2.name: "robot:=robotont2",
-          Robotont3.name: "robot:=robotont3"}
 OLD_FIRMWARE = "old"
 FIRMWARE = {Plain.name: "the thesis' packets", Checked.name: "this project's firmware, packets with checksums",
             Robotont2.name: "official firmware, generations 2 and 2.1",
@@ -24,19 +21,17 @@ def explained(name):
 
 
 def robot_for(name, fields):
-    """What drives a board of a protocol's name, with so many wheels (0: not told): the launch files' argument."""
-    own = name in (Plain.name, Checked.name) and fields not in (0, LEAST_WHEELS)
-    return f"robot:=FOLDER_OF_{fields}_WHEELS" if own else ROBOTS[name]
+    """The launch files' argument for a board of a protocol's name, with so many wheels (0: not told)."""
+    if name in OFFICIAL:
+        return "robot:=" + name
+    return "robot:=thesis" if fields in (0, LEAST_WHEELS) else f"robot:=FOLDER_OF_{fields}_WHEELS"
 
 
 class Listener:
-    """Names the protocol of received data. usb_id: "vendor:product" of the port, if known.
-
-    `fields`: wheels of the board, if it is a plain or checked one, by the newest line; 0: that does not tell.
-    """
+    """Names the protocol of received data; `fields`: wheels of a plain or checked board; 0: not told."""
 
     def __init__(self, usb_id=""):
-        self._usb_id = usb_id
+        self._usb_id = usb_id   # "vendor:product" of the port, if known
         self.fields = 0
         self._splitter = LineSplitter()
         self._newest = b""      # bytes
@@ -75,23 +70,22 @@ class Listener:
 
 def recognise(text, wheels, usb_id):
     """Name of the protocol, or OLD_FIRMWARE, that a whole line (text without its end) belongs to, or None."""
-    error = refusal(CheckedPacket, text, wheels)
-    if text.startswith(OWN_BANNER) or error is None or isinstance(error, ForeignPacketError):
+    if text.startswith(OWN_BANNER) or reads(CheckedPacket, text, wheels):
         return Checked.name
-    if text == BANNER or (text.startswith("ODOM:") and refusal(read_numbers, text, 6) is None):
+    if text == BANNER or (text.startswith("ODOM:") and reads(read_numbers, text, 6)):
         return Robotont3.name if usb_id == USB_ID else Robotont2.name
-    if is_old(text):
+    if OLD_LINE.match(text):
         return OLD_FIRMWARE
-    return Plain.name if text.endswith(";") and refusal(parse_packet, text, wheels) is None else None
+    return Plain.name if text.endswith(";") and reads(parse_packet, text, wheels) else None
 
 
-def refusal(parse, *arguments):
-    """The PacketError that a call raises; None where it raises none."""
+def reads(parse, *arguments):
+    """Whether a call raises no PacketError, but that of another number of wheels."""
     try:
         parse(*arguments)
     except PacketError as error:
-        return error
-    return None
+        return isinstance(error, ForeignPacketError)
+    return True
 
 
 AUTO = "auto"
@@ -105,13 +99,12 @@ CLOSED, LISTENING, SPEAKING, SILENT = "closed", "listening", "speaking", "silent
 
 
 class Connection:
-    """Made anew whenever the port is opened; knows nothing of the one before.
+    """Made anew whenever the port is opened; knows nothing of the one before. No data can raise out of it.
 
     packets: one of NAMES: plain and checked are taken at their word; an official board has to show by its lines that it
-    is the robot's; auto: any board that fits the wheels. usb_id: "vendor:product" of the port, if known. Nothing is
-    sent before the board is known, but with auto plain packets after PATIENCE, for a board that only receives, and a
-    last stop. Times `now` [s] are the caller's. Pure; no data can raise out of it. Raises ProtocolError where its board
-    cannot have such wheels.
+    is the robot's; auto: any that fits the wheels. Nothing is sent before the board is known, but with auto plain
+    packets after PATIENCE, for a board that only receives, and a last stop. Times `now` [s] are the caller's. Raises
+    ProtocolError where its board cannot have such wheels.
     """
 
     def __init__(self, wheels, packets=AUTO, usb_id="", now=0.0):
@@ -170,11 +163,12 @@ class Connection:
         if name == OLD_FIRMWARE:
             self._refusal = OLD
             return False
-        misfit = f"its driver.yaml has packets: {self._expected}" if self._expected and name != self._expected else ""
-        fields = self._listener.fields
-        if not misfit and name == Plain.name and fields != self._wheels.amount:
+        fields, misfit = self._listener.fields, ""
+        if self._expected and name != self._expected:
+            misfit = f"its driver.yaml has packets: {self._expected}"
+        elif name == Plain.name and fields != self._wheels.amount:
             misfit = f"its packets have {fields} wheels instead of {self._wheels.amount}"
-        if not misfit:
+        else:
             try:
                 protocol = KINDS[name](self._wheels)
                 misfit = "" if self._expected else protocol.misfit
@@ -215,18 +209,16 @@ class Connection:
 class PacketRate:
     """Whether packets come at the robot's rate `nominal` [Hz], those of lost lines included where they are known.
 
-    Judged by two spans in a row: a computer that stood still gets too few, then too many. `obstacle`: why a board at
-    such a rate is not driven; `complaint`: a warning where it is a little off; each empty when it is right.
+    Judged by two spans in a row: a computer that stood still gets too few, then too many. `obstacle`: not driven.
     """
 
     SPAN = 2.0                # [s]
     ODD, WRONG = 1.1, 1.5     # times the nominal rate, or that part of it
+    obstacle = complaint = ""
 
     def __init__(self, nominal):
-        self._nominal = nominal
+        self._nominal = self._before = nominal  # [Hz]; rate of the span before
         self._begin = None         # (packets, time) of the span
-        self._before = nominal     # [Hz] rate of the span before
-        self.obstacle = self.complaint = ""
 
     def look(self, packets, now):
         """So many packets have come until `now` [s]."""

@@ -1,8 +1,7 @@
 """Robotont's boards as delivered, generations 2, 2.1, 3: rim speeds to the board, poses from it; docs/protocol.md.
 
 A line of feedback is (x [m], y [m], yaw [rad], vx [m/s], vy [m/s], turn [rad/s]). Once per period the board moves its
-pose by its twist times 0.02 s, turned by the yaw before. What the wheels have made is inverse(last) . now, so lost
-lines lose no distance.
+pose by its twist times 0.02 s, turned by the yaw before. The wheels' way is inverse(last) . now: lost lines lose none.
 """
 
 import cmath
@@ -48,16 +47,14 @@ USB_ID = "0483:5740"  # of generation 3: STM32 virtual serial port
 ORIGIN = (0.0,) * 6
 
 _READING = re.compile(r"-?[0-9]{1,9}(?:\.[0-9]{1,9})?")
-_OLD = re.compile(r"Setpoint [012], |Speed\[[012]\]: |MOTOR [012]: |(Fault|Temp|Effort|Current\[[012]\]): |"
+OLD_LINE = re.compile(r"Setpoint [012], |Speed\[[012]\]: |MOTOR [012]: |(Fault|Temp|Effort|Current\[[012]\]): |"
                   r"(Encoders|Setpoints) -?[0-9]{1,5}:-?[0-9]{1,5}:-?[0-9]{1,5}$")
 
 
 class BoardWheels:
-    """The board's wheels in the order and with the signs of a wheel file.
+    """The board's wheels in the order, with the signs and calibrated numbers of a wheel file.
 
-    The board drives wheel j along the direction at POSITIONS[j] + 90 degrees, counterclockwise positive. A wheel
-    file may list the same wheels in another order and with other signs, and calibrated numbers; `misfit`: a warning
-    where its distance is another one.
+    Wheel j drives along POSITIONS[j] + 90 degrees, counterclockwise positive. `misfit`: where the distance is another.
     """
 
     def __init__(self, wheels):
@@ -95,8 +92,8 @@ class BoardWheels:
 class Robotont2(Protocol):
     """Generations 2 and 2.1.
 
-    The board executes one line per 20 ms, of two that came together the older one; a line of three bytes or fewer, a
-    second terminator or a missing field do harm. Hence the pacing, one terminator, and always all fields.
+    The board executes one line per 20 ms, of two that came together the older one: hence the pacing. A line of three
+    bytes or fewer, a second terminator or a missing field do harm.
     """
 
     name = "robotont2"
@@ -136,7 +133,7 @@ class Robotont2(Protocol):
         elif text.startswith("BATSTATE:"):
             motors, computer, _, voltage = read_numbers(text, 4)
             self.readings.append(Power(voltage, motors + computer))
-        elif is_old(text):
+        elif OLD_LINE.match(text):
             self.obstacle = OLD
         elif text:
             raise PacketError("unknown", f"neither ODOM nor RANGE, POWER or BATSTATE: {text[:40]!r}")
@@ -192,10 +189,7 @@ class Robotont2(Protocol):
         self._lengths.clear()
 
     def _look_for_a_restart(self, line, now):
-        """The motors have made the way to a confirmed line from the newest trusted one, or from the origin.
-
-        Raises PacketError where they can have made neither in that time.
-        """
+        """Whence the motors have made the way to a confirmed line; PacketError where from neither in that time."""
         last, at = self._last
         ways = [self._board_wheels.edges(gap(start, line, 1, self._move)[0][0]) for start in (last, ORIGIN)]
         lost, restarted = (largest(edges) <= self._most * ((now - at) / PERIOD + JITTER) for edges in ways)
@@ -210,7 +204,7 @@ class Robotont2(Protocol):
         return min(max(1, round((now - self._last[1]) / PERIOD / self._mean)), MOST_LOST)
 
     def _trust(self, line, now, steps):
-        """List of edges of the steps in base_link, one per loop, up to a line that is the newest trusted one now."""
+        """List of edges of the steps, one per loop, up to a line that is the newest trusted one now."""
         at = self._last[1]
         lengths = self._lengths_of(len(steps), (now - at) / PERIOD / len(steps))
         made = at + sum(lengths) * PERIOD
@@ -221,10 +215,7 @@ class Robotont2(Protocol):
         return [[edge * length for edge in self._board_wheels.edges(step)] for step, length in zip(steps, lengths)]
 
     def _lengths_of(self, loops, passed):
-        """[periods] that each of the next `loops` takes, for one that its pose counts.
-
-        passed: [periods] a loop by the arrivals, from which the place of the longer one is learnt.
-        """
+        """[periods] that each of the next `loops` takes; passed: by the arrivals, which show the longer one."""
         places = [(self._place + more) % LOOPS for more in range(1, loops + 1)]
         self._place = (self._place + loops) % LOOPS
         if loops == 1 and self._regular > 1:
@@ -239,10 +230,9 @@ class Robotont2(Protocol):
     def encode(self, command):
         """`MS:` with the rim speeds, scaled by one factor where one is faster than `fastest`; `RS:0:0:0` at rest."""
         speeds = self._board_wheels.board_speeds(command)
-        fastest = largest(speeds)
-        factor = min(1.0, self.fastest / max(fastest, STANDING))
-        if fastest < STANDING or self.obstacle:
+        if largest(speeds) < STANDING or self.obstacle:
             return STOP
+        factor = min(1.0, self.fastest / largest(speeds))
         return "MS:{:.4f}:{:.4f}:{:.4f}\n".format(*(speed * factor + 0.0 for speed in speeds)).encode()
 
     def encode_lights(self, first, colours):
@@ -254,8 +244,7 @@ class Robotont2(Protocol):
 class Robotont3(Robotont2):
     """Generation 3 takes every USB transfer for a whole line, and a field too few halts the board.
 
-    `encode` gives lines of less than 64 bytes, each for one write, so a line is a transfer. ESC is unknown there. Its
-    display takes 25 ms of every tenth loop, and its pose counts 20.
+    So a line has less than 64 bytes, for one write. ESC is unknown. A tenth loop takes 25 ms, and its pose counts 20.
     """
 
     name = "robotont3"
@@ -264,11 +253,8 @@ class Robotont3(Robotont2):
     longest = 1.25
 
     def encode_lights(self, first, colours):
-        """The lines that show these colours and turn all other lights off; none when they do not fit into a transfer.
-
-        Firmware without lights ignores them. The last colour is shown up to the last light, so equal ones at the end
-        fit. The board's buffer keeps what a former line left behind a shorter one, hence the padding.
-        """
+        """The lines that show these colours and turn all other lights off; none where a transfer is too short."""
+        # the last colour is shown up to the last light; the padding covers what a former line left in the board
         different = len(colours)
         while different > 1 and colours[different - 2] == colours[-1]:
             different -= 1
@@ -297,9 +283,8 @@ def newest_loop(line, move):
 def gap(last, line, loops, move):
     """(list of the steps in base_link that some loops have made between two lines, a step: how rough they are).
 
-    A line tells the newest step, too, and with it the pose before. From there back to `last` the steps change evenly
-    from that line's newest to this one's, and more in the middle by what is missing then: with one lost line nothing
-    is guessed. The board turns each step by the yaw before it. Rough is the mean that was added in the middle.
+    A line tells its newest step, so with one lost line nothing is guessed. The others change evenly, and more in the
+    middle by what is missing then, whose mean is rough. The board turns each step by the yaw before it.
     """
     if loops < 2:  # or not known: as if all steps were alike
         forward, left, turn = between(last[:3], line[:3])
@@ -325,11 +310,6 @@ def gap(last, line, loops, move):
 def largest(edges):
     """Magnitude of the longest of some paths [edges]."""
     return max(map(abs, edges))
-
-
-def is_old(text):
-    """Whether a line is one that only firmware from before March 2020 sends."""
-    return bool(_OLD.match(text))
 
 
 def read_numbers(text, amount):

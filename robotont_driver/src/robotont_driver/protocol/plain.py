@@ -1,7 +1,4 @@
-"""Plain packets, `m0:m1:m2;`: the text on the topics, and the protocol of the thesis' firmware.
-
-Behind the semicolon, where a reader of plain packets stops, the topic serial_read may have more: `Packet.told`.
-"""
+"""Plain packets, `m0:m1:m2;`: the text on the topics, where more may follow (`Packet.told`); the thesis' protocol."""
 
 import re
 
@@ -16,8 +13,7 @@ _PLAIN = re.compile(rf"{_NUMBERS}(?:([0-9]{{1,15}})?(?:;{_NUMBERS})?\n?\Z)?")
 def parse_packet(text, wheels):
     """The `Packet` at the start of a string, `wheels` values; behind its `;` all but what `Packet.told` has is ignored.
 
-    Raises PacketError when it is longer than a line, there is no semicolon, a field is not a number (or one
-    of too many digits), or there are not `wheels` fields.
+    Raises PacketError where it is longer than a line, or has not so many numbers (of few digits) and a semicolon.
     """
     if len(text) > LONGEST_LINE + 1 and ";" not in text[:LONGEST_LINE]:
         raise PacketError("overlong", f"{len(text)} characters, allowed: a line of {LONGEST_LINE}; {text[:40]!r}...")
@@ -34,12 +30,11 @@ def parse_packet(text, wheels):
 def _explain(text, wheels):
     """The PacketError for a plain packet that has not `wheels` numbers and a semicolon."""
     body, semicolon, _ = text.partition(";")
-    if not semicolon:
-        return PacketError("fields", f"no semicolon in {text[:40]!r}")
-    for field in body.split(":"):
+    for field in body.split(":") if semicolon else ():
         if not re.fullmatch(_NUMBER, field):
             return PacketError("number", f"{field[:20]!r} is not a number of up to 7 digits, in {text[:40]!r}")
-    return PacketError("fields", f"{body.count(':') + 1} fields instead of {wheels} in {text[:40]!r}")
+    found = f"{body.count(':') + 1} fields instead of {wheels}" if semicolon else "no semicolon"
+    return PacketError("fields", f"{found} in {text[:40]!r}")
 
 
 class Plain(Protocol):

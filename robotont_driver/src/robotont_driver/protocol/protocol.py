@@ -49,7 +49,7 @@ class Ranges(NamedTuple):
 
 
 class Power(NamedTuple):
-    """State of the battery as the board measured it."""
+    """Of the battery, as the board measured it."""
 
     voltage: float  # [V]
     current: float  # [A] drawn; NaN: not measured
@@ -62,9 +62,7 @@ class ProtocolError(ValueError):
 class LineSplitter:
     """Cuts a stream of bytes into lines, however the bytes arrive."""
 
-    def __init__(self):
-        self.overlong = 0
-        self._rest = b""
+    overlong, _rest = 0, b""
 
     def feed(self, data):
         """List of the lines (bytes, without newline) that `data` completes."""
@@ -76,10 +74,9 @@ class LineSplitter:
 
 
 class Protocol:
-    """The serial protocol of one kind of board, for one connection: bytes in, `Packet`s out; commands in, bytes out.
+    """One kind of board, for one connection: bytes in, `Packet`s out; commands in, bytes out.
 
-    Pure: times `now` [s] are the caller's, from any clock that never goes back. A subclass sets the constants and
-    defines `read_line` and `encode`.
+    Times `now` [s] are the caller's. A subclass sets the constants and defines `read_line` and `encode`.
     """
 
     name = ""
@@ -106,20 +103,14 @@ class Protocol:
         self._splitter = LineSplitter()
 
     def feed(self, data, now):
-        """List of `Packet`, one per PID period, that `data` completes; no data can raise out of it.
-
-        Lines that are refused are counted in `dropped`, by kind.
-        """
+        """List of `Packet`, one per PID period, that `data` completes; no data can raise out of it."""
         packets = []
         for line in self._splitter.feed(data):
             try:
                 packets += self.read_line(line.decode("ascii").strip("\r"), now)
-            except PacketError as error:
-                self.dropped[error.kind] += 1
+            except (PacketError, UnicodeDecodeError) as error:
+                self.dropped[getattr(error, "kind", "not ascii")] += 1
                 self.newest_error = str(error)
-            except UnicodeDecodeError:
-                self.dropped["not ascii"] += 1
-                self.newest_error = "bytes outside ASCII"
         if self._splitter.overlong:
             self.dropped["overlong"] = self._splitter.overlong
         self.packets += len(packets)
@@ -138,17 +129,11 @@ class Protocol:
         return self.encode(Packet([0] * self.wheels.amount))
 
     def encode_lights(self, first, colours):
-        """List of lines (bytes) that colour the lights `first`, `first` + 1, ...; colours: (r, g, b), 0..255.
-
-        Empty where the board has no lights.
-        """
+        """List of lines (bytes) that colour the lights `first`, `first` + 1, ...; colours: (r, g, b), 0..255."""
         return []
 
     def report_board(self):
-        """(errors, warnings, values): what the board reports about itself; lists of sentences, and values by name.
-
-        Call it once per report of the diagnostics: it may contain what is new since the last one.
-        """
+        """(errors, warnings, values) of the board since the last call; lists of sentences, and values by name."""
         return [], [], {"board": self.banner}
 
     def check_reach(self, edges):

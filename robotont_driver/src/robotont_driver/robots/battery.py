@@ -18,10 +18,6 @@ class Pack(NamedTuple):
     curve: Tuple[Tuple[float, float], ...]  # (voltage at rest [V], charge 0..1), both rising
     resistance: float                       # [ohm] of pack and leads
 
-    def charge(self, voltage):
-        """0..1 at this voltage at rest."""
-        return float(np.interp(voltage, *zip(*self.curve)))
-
 
 def read_pack(given):
     """The Pack of `battery: {curve, resistance}`; None for none. Raises ParameterError."""
@@ -55,7 +51,7 @@ class Battery:
             return
         rest = voltage + (current * self._pack.resistance if math.isfinite(current) else 0.0)
         self._rested = [(rest, now), *(one for one in self._rested if now - one[1] <= REST)]
-        self.charge = self._pack.charge(max(self._rested)[0])
+        self.charge = float(np.interp(max(self._rested)[0], *zip(*self._pack.curve)))
 
     @property
     def complaint(self):

@@ -13,11 +13,7 @@ from robotont_driver.robots.battery import read_pack
 
 
 def read_wheel_file(path):
-    """(`Wheels`, mapping, text) of a wheel_params.yaml.
-
-    Raises ValueError with all errors in it, a line for each, each with the file's name; OSError where
-    it cannot be read. Everything that takes a wheel file reads it here.
-    """
+    """(`Wheels`, mapping, text) of a wheel_params.yaml. Raises ValueError, a line for each error, and OSError."""
     given, text = read_mapping(path, "wheel parameters: " + ", ".join(KEYS))
     faults = [fault(str(key), given[key], f"no such key, only {', '.join(KEYS)}" + nearest(str(key), KEYS))
               for key in given if key not in KEYS]
@@ -75,28 +71,28 @@ def robot_folder(robot=""):
 def read_robot(robot=""):
     """The `Robot` of a name or folder. Raises OSError without one, ValueError with all faults of its files."""
     folder = robot_folder(robot)
-    faults = []
-    try:
-        wheels, given, text = read_wheel_file(folder / WHEELS)
-    except (OSError, ValueError) as error:
-        faults.append(_words(error))
-    try:
-        parameters = read_mapping(folder / PARAMETERS, "parameters by node and name")[0]
-        known = (*NODES, BATTERY)
-        faults += [f"{folder / PARAMETERS}: " + fault(name, value, "parameters of " + ", ".join(known))
-                   for name, value in parameters.items() if name not in known or not isinstance(value, dict)]
-    except (OSError, ValueError) as error:
-        faults.append(_words(error))
-    else:
+    found, faults = [folder], []
+    for file, read in ((WHEELS, read_wheel_file), (PARAMETERS, _read_parameters)):
         try:
-            read_pack(parameters.get(BATTERY))
+            found += read(folder / file)
+        except OSError as error:
+            faults.append(f"{error.filename}: {error.strerror}" if error.strerror else str(error))
         except ValueError as error:
-            faults.append(f"{folder / PARAMETERS}: {error}")
+            faults.append(str(error))
     if faults:
         raise ValueError("\n".join(faults))
-    return Robot(folder, wheels, given, text, parameters)
+    return Robot(*found)
 
 
-def _words(error):
-    """Of an exception, without the number of an OSError."""
-    return f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.strerror else str(error)
+def _read_parameters(path):
+    """(mapping,) of a driver.yaml. Raises ValueError, OSError."""
+    parameters, known = read_mapping(path, "parameters by node and name")[0], (*NODES, BATTERY)
+    faults = [fault(name, value, "parameters of " + ", ".join(known))
+              for name, value in parameters.items() if name not in known or not isinstance(value, dict)]
+    try:
+        read_pack(parameters.get(BATTERY))
+    except ParameterError as error:
+        faults += error.faults
+    if faults:
+        raise ValueError("\n".join(f"{path}: {words}" for words in faults))
+    return (parameters,)

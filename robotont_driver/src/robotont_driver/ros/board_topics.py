@@ -1,8 +1,4 @@
-"""What boards, official and ours, measure besides the wheels, and the lights of some: the official driver's topics.
-
-The messages of `power_supply`, `led_pixel` and `led_segment` are those of the official package robotont_msgs; without
-it there are only `range` and `battery`.
-"""
+"""What boards measure besides the wheels, and the lights of some, on the official driver's topics."""
 
 import math
 import time
@@ -17,7 +13,7 @@ from robotont_driver.protocol.protocol import Ranges
 try:
     from robotont_msgs.msg import LedModulePixel, LedModuleSegment, PowerSupply
 except ImportError:
-    LedModulePixel = LedModuleSegment = PowerSupply = None
+    LedModulePixel = LedModuleSegment = PowerSupply = None  # only `range` and `battery`
 
 FIELD_OF_VIEW = math.radians(25)
 NEAREST, FARTHEST = 0.04, 4.0  # [m]
@@ -31,26 +27,21 @@ SENSORS = (
 
 
 class BoardTopics:
-    """Publishes a board's readings; `light(first, colours)` is called for messages that colour lights.
+    """Publishes a board's readings; light(first, colours) is called to colour lights; battery: a `Battery`."""
 
-    battery: a `Battery`.
-
-    All publishers are made at the start: to make one asks the master, which may hang, and `publish` waits for nobody.
-    """
+    # all publishers are made at the start: to make one asks the master, which may hang
 
     def __init__(self, sensor_prefix, base_frame, battery, light):
-        self._battery = battery
-        self._sensor_prefix = sensor_prefix
-        self._base_frame = base_frame
+        self._sensor_prefix, self._base_frame, self._battery = sensor_prefix, base_frame, battery
         self._ranges = rospy.Publisher("range", Range, queue_size=2 * len(SENSORS))
         self._battery_state = rospy.Publisher("battery", BatteryState, queue_size=1)
         self._places = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
         self._placed = False
-        self._light = light
         self._supply = PowerSupply and rospy.Publisher("power_supply", PowerSupply, queue_size=1)
         if LedModulePixel:
-            rospy.Subscriber("led_pixel", LedModulePixel, self._on_pixel, queue_size=50)
-            rospy.Subscriber("led_segment", LedModuleSegment, self._on_segment, queue_size=50)
+            rospy.Subscriber("led_pixel", LedModulePixel, lambda one: light(one.idx, [one.color]), queue_size=50)
+            rospy.Subscriber("led_segment", LedModuleSegment, lambda some: light(some.idx_start, some.colors),
+                             queue_size=50)
 
     def publish(self, readings):
         """Publish a list of `Ranges` and `Power`."""
@@ -83,17 +74,10 @@ class BoardTopics:
         transforms = []
         for sensor, (distance, place, view) in enumerate(SENSORS[:amount]):
             transform = TransformStamped(child_frame_id=f"{self._sensor_prefix}{sensor}")
-            transform.header.frame_id = self._base_frame
-            transform.header.stamp = rospy.Time.now()
+            transform.header.frame_id, transform.header.stamp = self._base_frame, rospy.Time.now()
             transform.transform.translation.x = distance * math.cos(place)
             transform.transform.translation.y = -distance * math.sin(place)
             transform.transform.rotation.z = math.sin(-view / 2)
             transform.transform.rotation.w = math.cos(-view / 2)
             transforms.append(transform)
         self._places.publish(transforms)
-
-    def _on_pixel(self, message):
-        self._light(message.idx, [(message.color.r, message.color.g, message.color.b)])
-
-    def _on_segment(self, message):
-        self._light(message.idx_start, [(color.r, color.g, color.b) for color in message.colors])

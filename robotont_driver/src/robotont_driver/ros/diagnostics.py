@@ -13,16 +13,13 @@ OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.E
 
 
 class Health:
-    """Publishes /diagnostics every ~diagnostic_period (1 s), one status per subject (REP 107).
+    """Publishes /diagnostics every ~diagnostic_period (1 s), one status per subject.
 
-    `subjects` maps a name to a function that returns (level, message, {key: value}). node: its full name, where it is
-    not the name of the process.
+    subjects: functions by name that return (level, message, {key: value}). node: full name, if not the process'.
     """
 
     def __init__(self, hardware, subjects, node=None):
-        self._node = node or rospy.get_name()
-        self._hardware = hardware
-        self._subjects = subjects
+        self._node, self._hardware, self._subjects = node or rospy.get_name(), hardware, subjects
         self._due = threading.Event()
         self._period = 1.0
         with contextlib.suppress(OSError):  # the master has just gone: a node that is there already lives on
@@ -31,17 +28,16 @@ class Health:
         Worker(self._publish)
 
     def _publish(self):
-        message = DiagnosticArray(status=[self._status(*subject) for subject in self._subjects.items()])
+        message = DiagnosticArray()
+        for subject, report in self._subjects.items():
+            level, words, values = report()
+            message.status.append(DiagnosticStatus(level, f"{self._node[1:]}: {subject}", words, self._hardware, [
+                KeyValue(key, str(value)) for key, value in values.items()]))
         message.header.stamp = rospy.Time.now()
         self._publisher.publish(message)
         self._due.wait(self._period)
         self._due.clear()
         return 0.0
-
-    def _status(self, subject, report):
-        level, words, values = report()
-        return DiagnosticStatus(level, f"{self._node[1:]}: {subject}", words, self._hardware,
-                                [KeyValue(key, str(value)) for key, value in values.items()])
 
     def publish_now(self):
         """Something has happened that should not wait for the next second."""

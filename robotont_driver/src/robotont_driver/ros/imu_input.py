@@ -1,4 +1,4 @@
-"""The ROS side of a gyro: its samples, its orientation on the robot, and its part of the diagnostics."""
+"""A gyro's ROS side: samples, its orientation on the robot by TF, its part of the diagnostics."""
 
 import math
 import time

@@ -15,11 +15,7 @@ CONTENT = struct.Struct("<13d")  # time [s], pose, covariance (6), twist; writte
 
 
 class KeptPose:
-    """One file per node and roslaunch: who starts a launch anew, or a node by hand, begins at the origin.
-
-    `gap`: [s] since the `pose` with its `covariance` from which it has gone on, or None. Without shared memory nothing
-    is kept.
-    """
+    """One file per node and roslaunch; a new launch begins at the origin. `gap`: [s] since the pose; None: no pose."""
 
     def __init__(self, name, now):
         self.gap = self._file = None
@@ -32,17 +28,14 @@ class KeptPose:
         except OSError as error:
             self._give_up(error)
             return
-        if len(content) == CONTENT.size:
-            at, *numbers = CONTENT.unpack(content)
-            if 0.0 <= now - at <= LONGEST_GAP:
-                self._resume(now - at, numbers)
-
-    def _resume(self, gap, numbers):
-        """Since then the robot may have gone on at its speed, in any direction."""
-        x, y, turn = numbers[9:]
-        way = gap ** 2 * (x ** 2 + y ** 2)
-        unseen = Covariance(way, 0.0, 0.0, way, 0.0, (gap * turn) ** 2)
-        self.gap, self.pose, self.covariance = gap, tuple(numbers[:3]), Covariance(*numbers[3:9]).plus(unseen)
+        if len(content) < CONTENT.size:
+            return
+        at, *numbers = CONTENT.unpack(content)
+        if 0.0 <= now - at <= LONGEST_GAP:  # since then the robot may have gone on at its speed, in any direction
+            (x, y, turn), gap = numbers[9:], now - at
+            way = gap ** 2 * (x ** 2 + y ** 2)
+            unseen = Covariance(way, 0.0, 0.0, way, 0.0, (gap * turn) ** 2)
+            self.gap, self.pose, self.covariance = gap, tuple(numbers[:3]), Covariance(*numbers[3:9]).plus(unseen)
 
     def keep(self, pose, covariance, twist, now):
         """Keep the pose (3), its Covariance and the twist (3) of `now` [s]."""

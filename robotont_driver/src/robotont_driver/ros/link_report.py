@@ -13,10 +13,7 @@ LOST = 0.1  # part of the periods whose lines may be lost without a warning
 
 
 class LinkReport:
-    """Tasks for `Health`. link: `SerialLink`, whose `connection` has all that is told of a board since it was opened.
-
-    written: the topic serial_write.
-    """
+    """Tasks for `Health`. link: `SerialLink`; written: the topic serial_write; battery: `Battery`."""
 
     def __init__(self, link, written, battery):
         self._link, self._written, self._battery = link, written, battery
@@ -30,8 +27,7 @@ class LinkReport:
         if connection is not self._connection:
             self._connection, self._rate, self._seen = connection, Rate(connection.opened), NONE
         protocol = connection and connection.protocol
-        refused = self._written.refused
-        dropped = dict(protocol.dropped) if protocol else {}
+        refused, dropped = self._written.refused, dict(protocol.dropped) if protocol else {}
         packets, repaired, restarts, doubts = (
             protocol.packets, protocol.repaired, protocol.restarts, protocol.doubts) if protocol else NONE[1:]
         rate = self._rate.look(packets - repaired, now)
@@ -66,17 +62,19 @@ class LinkReport:
         if not packets and not connection.obstacle and now < connection.opened + FIRST_RATE:
             return OK, "just opened", values
         warning = connection.obstacle or connection.complaint
-        if not warning and rate == 0.0 and not (protocol and new_errors):
-            warning = "port open, but no packets: is the firmware running, at this baudrate?"
-        elif not warning and rate == 0.0:
+        if warning:
+            pass
+        elif rate == 0.0 and new_errors:
             warning = (f"{new_errors} lines came since the last report, and none is a packet of a board that speaks "
                        f"{protocol.name}: {protocol.newest_error}; is it another board (~packets), another firmware, "
                        "or another baudrate?")
-        elif not warning and lost > LOST * new_packets:
+        elif rate == 0.0:
+            warning = "port open, but no packets: is the firmware running, at this baudrate?"
+        elif lost > LOST * new_packets:
             warning = f"{lost / new_packets:.0%} of the board's lines are lost: check cable and baudrate"
-        elif not warning and new_errors:
+        elif new_errors:
             warning = f"{new_errors} lines dropped since the last report: check cable and baudrate"
-        elif not warning and no_packets:
+        elif no_packets:
             warning = f"{no_packets} messages on serial_write were no packets"
         return (WARN, warning, values) if warning else (OK, f"{rate:.0f} packets/s, {protocol.name}", values)
 
@@ -86,11 +84,11 @@ class LinkReport:
         errors, warnings, values = [], [], {}
         if connection and connection.protocol:
             errors, warnings, values = connection.protocol.report_board()
-        if connection and connection.obstacle and connection.obstacle not in errors:
+        if self._link.trouble:
+            return WARN, "the port is closed", values
+        if connection.obstacle and connection.obstacle not in errors:
             errors.insert(0, connection.obstacle)
         empty, words = self._battery.complaint
         (errors if empty else warnings).extend([words] if words else [])
-        if self._link.trouble:
-            return WARN, "the port is closed", values
         level = ERROR if errors else WARN if warnings else OK
         return level, " / ".join(errors + warnings) or "reports no fault", values

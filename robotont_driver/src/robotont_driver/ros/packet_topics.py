@@ -1,7 +1,4 @@
-"""The topics `serial_write` and `serial_read` as driver_node, serial_com_node and odom_node use them.
-
-Between processes over ROS (`PacketTopic`), within one by calls (`SharedPacketTopic`, one for all nodes).
-"""
+"""The topics `serial_write` and `serial_read`: between processes over ROS, within one by calls."""
 
 import traceback
 
@@ -22,7 +19,7 @@ class PacketTopic:
         self._name, self._message, self.refused = name, String(), 0
 
     def advertise(self):
-        """A function that publishes a `Packet`, which is in the sockets of those who have room when it returns."""
+        """A function that publishes a `Packet`; when it returns that is in the sockets of those who have room."""
         self._publisher = DroppingPublisher(self._name, String)
         return self._publish
 
@@ -31,10 +28,7 @@ class PacketTopic:
         self._publisher.publish(self._message)
 
     def subscribe(self, wheels, taken, queue_size=None):
-        """From now on call taken(packet) for each `Packet` of `wheels` values; other messages are refused.
-
-        Of more than `queue_size` waiting messages the oldest are dropped; None: every one is kept.
-        """
+        """From now on call taken(packet) for each `Packet` of `wheels` values; queue_size: None: all are kept."""
         def deliver(message):
             try:
                 packet = parse_packet(message.data, wheels)
@@ -47,17 +41,12 @@ class PacketTopic:
 
 
 class SharedPacketTopic:
-    """A topic of packets within this process: who publishes calls the subscribers, in the same thread.
+    """A topic of packets within this process: who publishes calls the subscribers; other processes only get copies."""
 
-    Other processes get copies; packets that they publish are not taken.
-    """
-
-    refused = 0
+    refused, _subscribers = 0, ()
 
     def __init__(self, name):
         self._name = name
-        self._publisher = None
-        self._subscribers = ()
 
     def advertise(self):
         """A function that hands a `Packet` to the subscribers, then to other processes, for whom nobody waits."""

@@ -1,5 +1,6 @@
-"""The parameter server: the robot's wheels and a node's parameters off it, and a value of a node kept on it."""
+"""The parameter server: the wheels and a node's parameters off it, a node's value kept on it."""
 
+import contextlib
 import threading
 
 import rosgraph
@@ -17,18 +18,15 @@ COMMON_PARAMETERS = (
 
 
 def running_wheels(namespace):
-    """`Wheels` of the robot that runs in a namespace, from its parameters. Raises ParameterError.
-
-    Not by rospy.get_param: once a process has logged a line, that has of "/" only what rospy's logging looked up.
-    """
+    """`Wheels` of the robot that runs in a namespace, from its parameters. Raises ParameterError."""
+    # not by rospy.get_param: once a process has logged a line, that has of "/" only what rospy's logging looked up
     try:
         given = rosgraph.Master(rospy.get_name()).getParam(namespace)
     except rosgraph.MasterError:  # no such namespace
         given = {}
     if not any(key in given for key in KEYS):
-        raise ParameterError([f"wheelAmount and its kin: found none in {namespace}, where no robot runs: start "
-                              "robot.launch or simulation.launch first, or rosparam load "
-                              "config/robots/NAME/wheel_params.yaml"])
+        raise ParameterError([f"wheelAmount and its kin: found none in {namespace}: start robot.launch or "
+                              "simulation.launch, or rosparam load config/robots/NAME/wheel_params.yaml"])
     try:
         return read_wheels(given)
     except ParameterError as error:
@@ -53,16 +51,13 @@ def kept_names(name):
 
 
 class KeptParameter:
-    """Writes `value()` in a thread of its own after each change, the newest only: the master may take its time.
+    """Writes the newest `value()` in a thread of its own after each change: the master may take its time."""
 
-    And every AGAIN [s], but for values that count as false: a new master has none. name: relative to the namespace.
-    """
+    # and every AGAIN [s], but for values that count as false: a new master has none
 
     def __init__(self, name, value):
-        self._name = name
-        self._value = value
+        self._name, self._value, self._written = name, value, value()
         self._changed = threading.Event()
-        self._written = value()
         Worker(self._write)
 
     def changed(self):
@@ -74,9 +69,7 @@ class KeptParameter:
         self._changed.clear()
         value = self._value()
         if value or value != self._written:
-            try:
+            with contextlib.suppress(OSError):  # no master: again in a while
                 rospy.set_param(self._name, value)
                 self._written = value
-            except OSError:
-                pass  # no master: again in a while
         return 0.0

@@ -1,4 +1,4 @@
-"""Work at intervals, in a thread, and two clocks read at once."""
+"""A thread that works at intervals, whatever fails."""
 
 import threading
 import time
@@ -7,19 +7,6 @@ import traceback
 import rospy
 
 AFTER_FAULT = 0.2  # [s]
-LONGEST_READING = 1_000_000  # [ns] that reading two clocks may take; longer, and something came between
-
-
-def read_clocks():
-    """(steady clock, ROS time) [ns] of one instant; simulated time is both."""
-    if not rospy.rostime.is_wallclock():
-        now = rospy.Time.now().to_nsec()
-        return now, now
-    while True:
-        steady = time.monotonic_ns()
-        now = time.time_ns()  # what rospy.Time.now() reads, too
-        if time.monotonic_ns() - steady < LONGEST_READING:
-            return steady, now
 
 
 class Worker(threading.Thread):

@@ -17,12 +17,9 @@ class DroppingPublisher:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SyntaxWarning)  # that there is no queue
             self._topic = rospy.Publisher(topic, message_type, tcp_nodelay=True).impl
+        self.get_num_connections = self._topic.get_num_connections
         self._polled = None  # list of the connections whose sockets `_room` looks at
         self._room = None
-
-    def get_num_connections(self):
-        """Number of subscribers, as of a rospy.Publisher."""
-        return self._topic.get_num_connections()
 
     def publish(self, message):
         """Publish a message to those who have room for it."""

@@ -1,8 +1,5 @@
-"""Private parts of rospy and actionlib that this stack uses, each with its reason.
-
-`test_rospy_internals.py` fails when one of them changes. Its siblings here use more of rospy's topics; elsewhere ruff
-(SLF001) refuses names that begin with `_`. What is used of tornado stands in `robotont_teleop/web/websocket_frames.py`.
-"""
+"""Private parts of rospy and actionlib that this stack uses, each with its reason; elsewhere ruff refuses them."""
+# test_rospy_internals.py fails when one of them changes
 
 import contextlib
 import functools
@@ -25,10 +22,7 @@ connection_header = operator.attrgetter("_connection_header")
 
 
 def serialized(message):
-    """The bytes of a message; those of an AnyMsg, which has no fields, as they came.
-
-    Where the process has a typed subscriber of the topic as well, rospy hands on typed messages to all.
-    """
+    """The bytes of a message, of an AnyMsg as they came; it is typed where another subscriber of its topic is."""
     if isinstance(message, rospy.AnyMsg):
         return message._buff
     output = io.BytesIO()
@@ -37,18 +31,12 @@ def serialized(message):
 
 
 def connections(topic):
-    """The connections of a Publisher or Subscriber, a new list for each change: to look at their sockets.
-
-    rospy tells nobody whether a subscriber reads, or how much has come from a publisher.
-    """
+    """The connections of a Publisher or Subscriber, a new list for each change: to look at their sockets."""
     return topic.impl.connections
 
 
 def connection_numbers(topic, header):
-    """(number of the connection of a topic with this header, None: it has ended; that of the newest of this process).
-
-    The numbers rise as connections are made. topic: its full name.
-    """
+    """(number of a topic's connection with this header, None: it has ended; that of the newest here): they rise."""
     subscriber = get_topic_manager().get_subscriber_impl(topic)
     number = next((one.id for one in subscriber.connections if one.header is header), None) if subscriber else None
     return number, transport._transport_id
@@ -61,11 +49,8 @@ def disconnect(subscriber, connection):
 
 
 def connect_anew(subscriber, uri):
-    """Connect to the publisher at `uri` once more, as if the master had just named it; nobody else can ask.
-
-    Not by `publisherUpdate`: of several such words on a topic rospy takes the newest only, and the master's would be
-    lost, with the new publisher that it names.
-    """
+    """Connect to the publisher at `uri` once more, as if the master had just named it."""
+    # not by `publisherUpdate`: of several such words on a topic rospy takes the newest only, the master's would be lost
     for manager in get_registration_listeners().listeners:
         if isinstance(manager, RegManager):
             _aside(manager._connect_topic_thread, subscriber.resolved_name, uri)
@@ -90,12 +75,10 @@ def mend():
 
 @functools.lru_cache(maxsize=None)
 def _hear_all_who_connect():
-    """Read in a thread of its own what each says who connects for a topic.
-
-    rospy reads it, without a time limit, in the thread that accepts them: whoever connects and says nothing shuts out
-    all others. So does a question by XML-RPC to a killed node that had this port: its first four bytes, "POST", are
-    a length of 1.4 GB. The master names killed nodes for ever, and subscribers ask them at each change of publishers.
-    """
+    """Read in a thread of its own what each says who connects for a topic."""
+    # rospy reads it, without a time limit, in the thread that accepts them: whoever says nothing shuts out all others.
+    # So does a question by XML-RPC to a killed node that had this port, as subscribers ask at each change of
+    # publishers: its first four bytes, "POST", are a length of 1.4 GB.
     hear, silent = TCPROSServer._tcp_server_callback, {}
 
     def hear_one(server, connection, address):
@@ -117,11 +100,7 @@ def _hear_all_who_connect():
 
 @functools.lru_cache(maxsize=None)
 def _connect_once_at_a_time():
-    """Ask a publisher for its connection once at a time.
-
-    When the master names a publisher twice within a moment, rospy connects twice, and may end both connections: it
-    would never be heard.
-    """
+    """When the master names a publisher twice within a moment, rospy connects twice, and may end both connections."""
     connect, lock, asking = RegManager._connect_topic_thread, threading.Lock(), set()  # (topic, URI)
 
     def connect_once(manager, topic, uri):

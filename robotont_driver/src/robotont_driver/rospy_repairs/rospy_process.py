@@ -1,4 +1,4 @@
-"""How a rospy process begins, ends soon and logs without waiting, whatever hangs."""
+"""A rospy process: it begins with a master or words, ends soon whatever hangs, and waits for no reader of its log."""
 
 import atexit
 import contextlib
@@ -44,10 +44,8 @@ def init_tool(name):
 
 
 def init_node(name):
-    """Make this process the node `name`, which ends soon after it was told to. Without a master it ends this process.
-
-    rospy would ask the master for a clock for 10 s, take no signal meanwhile, and end with a traceback.
-    """
+    """Make this process the node `name`, whose end is soon and whose log calls return at once; exits without master."""
+    # rospy would ask the master for a clock for 10 s, take no signal meanwhile, and end with a traceback
     end = time.monotonic() + MASTER_WITHIN
     while not rosgraph.is_master_online():
         words = f"{name}: no ROS master at {rosgraph.get_master_uri()}"
@@ -59,25 +57,23 @@ def init_node(name):
     rospy_internals.mend()
     rospy.on_shutdown(end_soon)  # the first of all
     rospy.init_node(name)
+    for logger in [logging.root, *map(logging.getLogger, list(logging.root.manager.loggerDict))]:
+        if logger.handlers:
+            _queue(logger)
 
 
 def end_soon(within=FAREWELL):
-    """End this process `within` [s] at the latest, with status 1: its way out may lead to a master that hangs.
-
-    rospy unregisters from the master without a time limit. All that stops a robot is sent before.
-    """
-    if _ending.is_set():
-        return  # the first call counts
-    _ending.set()
-    faulthandler.dump_traceback_later(within, exit=True, file=_NOWHERE)  # a thread that needs nothing of Python
+    """End this process `within` [s] at the latest, with status 1; the first call counts."""
+    # rospy unregisters from a master, which may hang, without a time limit; all that stops a robot is sent before
+    if not _ending.is_set():
+        _ending.set()
+        faulthandler.dump_traceback_later(within, exit=True, file=_NOWHERE)  # a thread that needs nothing of Python
 
 
 _ending = threading.Event()
 _NOWHERE = open(os.devnull, "w")  # noqa: SIM115  open for as long as the process lives
-
-
-WAITING = 1000   # lines at most; newer ones are dropped
-END_WITHIN = 1.0  # [s] for the lines that wait when the process ends
+WAITING = 1000   # lines of the log at most; newer ones are dropped
+END_WITHIN = 1.0  # [s] for those that wait when the process ends
 
 
 class _DroppingHandler(logging.handlers.QueueHandler):
@@ -86,20 +82,13 @@ class _DroppingHandler(logging.handlers.QueueHandler):
             self.queue.put_nowait(record)
 
 
-def queue_log():
-    """From now on log calls of this process return at once; call behind rospy.init_node."""
-    loggers = [logging.getLogger(name) for name in list(logging.root.manager.loggerDict)]
-    for logger in (logging.root, *loggers):
-        if not logger.handlers or isinstance(logger.handlers[0], _DroppingHandler):
-            continue
-        lines = queue.Queue(WAITING)
-        listener = logging.handlers.QueueListener(lines, *logger.handlers, respect_handler_level=True)
-        logger.handlers = [_DroppingHandler(lines)]
-        listener.start()
-        atexit.register(_end, listener)
+def _queue(logger):
+    listener = logging.handlers.QueueListener(queue.Queue(WAITING), *logger.handlers, respect_handler_level=True)
+    logger.handlers = [_DroppingHandler(listener.queue)]
+    listener.start()
 
-
-def _end(listener):
-    with contextlib.suppress(queue.Full):
-        listener.queue.put_nowait(None)  # behind the last line
-        listener._thread.join(END_WITHIN)  # noqa: SLF001  QueueListener.stop waits for ever
+    def end():
+        with contextlib.suppress(queue.Full):
+            listener.queue.put_nowait(None)  # behind the last line
+            listener._thread.join(END_WITHIN)  # noqa: SLF001  QueueListener.stop waits for ever
+    atexit.register(end)

@@ -1,8 +1,7 @@
 """Connects to publishers on other machines anew when the network to them comes back.
 
-After an outage of T seconds TCP sends again only up to T seconds later, for it doubles its pause with every failed
-attempt. A new connection needs a fraction of a second. The old one still delivers, late, unless MOST_OLD are newer.
-What is taken for an outage in error costs a new connection.
+TCP doubles its pause with every failed attempt: after an outage of T seconds it sends only up to T seconds later. The
+old connection still delivers, late, unless MOST_OLD are newer.
 """
 
 import contextlib
@@ -23,14 +22,10 @@ MOST_OLD = 4         # of these, of a publisher that does not end them
 
 
 class OutageWatch:
-    """Looks at the machines of publishers; `look` is called again and again, returns how long to rest [s].
-
-    clock: returns the time [s]. subscribers: those whose connections are made anew.
-    """
+    """`look` is called again and again. clock: returns the time [s]; subscribers: whose connections are made anew."""
 
     def __init__(self, clock, subscribers):
-        self._clock = clock
-        self._subscribers = subscribers
+        self._clock, self._subscribers = clock, subscribers
         self._seen = {}      # [s] of the newest question that was answered, by URI of a publisher
         self._lost = set()   # URIs of those out of reach
         self._asking = {}    # threads that wait for an answer, by URI
@@ -38,7 +33,7 @@ class OutageWatch:
         self._away = set()   # likewise, to connect anew when their machines are back
 
     def look(self):
-        """Look at the machines, make connections."""
+        """Look at the machines, make connections; [s] to rest."""
         now = self._clock()
         ways = {}  # to other machines: (subscriber, connection) by URI
         there = [(topic, connection) for topic in self._subscribers for connection in connections(topic)

@@ -1,7 +1,5 @@
-"""Whether a command may have waited, in a kernel, an outage, a stopped process: all that waited comes behind a gap.
-
-So what comes within the first SETTLING behind one does not drive.
-"""
+"""Whether a command may have waited, in a kernel, an outage, a stopped process."""
+# all that waited comes behind a gap: so what comes within the first SETTLING behind one does not drive
 
 import math
 

@@ -52,15 +52,12 @@ class EmergencyStop:
 
 
 class StandFirst:
-    """Who has to stop once before he may drive: whoever has asked for motion and not stopped before the release.
-
-    held: `waiting` of the process before this one, which ended before these had stopped.
-    """
+    """Who has to stop once before he may drive: whoever has asked for motion and not stopped before the release."""
 
     def __init__(self, timeout, held=()):
         self._timeout = timeout  # [s] after which silence counts as a stop
         self._asked = {}   # when each sender has asked for motion for the last time, since its newest zero
-        self._held = set(held)  # senders that have to stop first
+        self._held = set(held)  # senders that have to stop first; held: those of the process before this one
 
     def press(self, now):
         """The emergency stop begins: who has fallen silent before does not ask for motion."""

@@ -1,8 +1,7 @@
 """Omni-wheel kinematics for n >= 3 wheels: the thesis' chapter 3, formulas (1)-(11).
 
-A twist is (v_x [m/s], v_y [m/s], omega [rad/s]) in base_link: x forward, y left, counterclockwise
-positive (REP 103). A wheel speed [m/s] is that of the rim along the wheel's positive driving direction.
-A unit is one encoder edge per PID period, the number that stands in packets.
+A twist is (v_x [m/s], v_y [m/s], omega [rad/s]) in base_link (REP 103). A wheel speed [m/s] is that of the rim along
+the wheel's positive driving direction. A unit is one encoder edge per PID period, the number in packets.
 """
 
 import itertools

@@ -1,7 +1,6 @@
-"""Poses and displacements in the plane, SE(2): triples (x [m], y [m], yaw [rad]).
+"""Poses and displacements, poses seen from the pose before, in the plane: triples (x [m], y [m], yaw [rad]).
 
-A displacement is a pose seen from the pose before it. The three components are numbers, or arrays of one shape: K x 3
-poses go in as `poses.T` and come out as K x 3 by `numpy.transpose`. Yaw is never wrapped but by `wrap`.
+The components are numbers, or arrays of one shape: K x 3 poses go in as `poses.T`. Only `wrap` wraps a yaw.
 """
 
 import math
@@ -27,8 +26,8 @@ def between(start, end):
 def arc(motion, heading=0.0):
     """The displacement that a constant twist makes, given its integral (v_x t [m], v_y t [m], omega t [rad]).
 
-    The exponential map of SE(2): an arc, whose chord is the motion shortened by sinc(turn / 2) and turned by
-    half of the turn. heading: yaw [rad] at its start, in the frame in which the displacement is wanted.
+    The exponential map of SE(2): the chord is the motion shortened by sinc(turn / 2), turned by half of the turn.
+    heading: yaw [rad] at its start, in the frame in which the displacement is wanted.
     """
     forward, left, turn = motion
     half = turn / 2

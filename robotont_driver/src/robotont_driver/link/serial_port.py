@@ -16,7 +16,7 @@ TERMINALS = "/dev/pts/"
 
 
 def is_pseudo_terminal(port):
-    """Whether a port's name leads to a pseudo-terminal."""
+    """Whether a port's name leads to one."""
     return os.path.realpath(port).startswith(TERMINALS)
 
 

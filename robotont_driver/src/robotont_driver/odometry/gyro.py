@@ -32,14 +32,12 @@ TIMING, UNKNOWN = 0.016, 0.1  # [s] by which stamps of gyro and wheels differ (s
 
 
 class Bias:
-    """The bias [rad/s] of a gyro. noise: [rad/s/sqrt(Hz)] density of white noise; walk: [rad/s/sqrt(s)] of the bias.
-
-    `learnt`, `unsteady`: [s] at rest from which it was learnt, of late was not.
-    """
+    """The bias [rad/s] of a gyro. noise: [rad/s/sqrt(Hz)] density of white noise; walk: [rad/s/sqrt(s)] of the bias."""
 
     def __init__(self, noise, walk):
         self._noise, self._walk, self._odd = noise ** 2, walk ** 2, []
-        self.value, self.variance, self.learnt, self.unsteady = 0.0, FIRST_BIAS ** 2, 0.0, 0.0
+        self.value, self.variance = 0.0, FIRST_BIAS ** 2
+        self.learnt = self.unsteady = 0.0  # [s] at rest from which it was learnt; of late was not
 
     def learn(self, turn, seconds, stands):
         """Take a turn: of a robot whose wheels stand, or let the bias walk."""

@@ -99,10 +99,7 @@ class Identity(NamedTuple):
 
 
 class BoardHealth:
-    """Collects what a board reports, for a robot of `wheels` wheels at `rate` [Hz].
-
-    `status`, `identity`: None until one comes. `foreign`: the newest packet was one of another number of wheels.
-    """
+    """Collects what a board reports, for a robot of `wheels` wheels at `rate` [Hz]."""
 
     def __init__(self, wheels, rate):
         self._wheels, self._rate = wheels, rate
@@ -110,7 +107,8 @@ class BoardHealth:
         self.notices = []       # newest messages of the board
         self._news = []         # messages and faults since the last report
         self.banner = self.obstacle = ""
-        self.status, self.identity, self.foreign = None, None, False
+        self.status, self.identity = None, None  # until they come
+        self.foreign = False    # whether the newest packet was one of another number of wheels
 
     fault = property(lambda self: self.status.fault if self.status else "", doc="What has stopped the motors.")
 

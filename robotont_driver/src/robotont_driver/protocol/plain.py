@@ -11,10 +11,7 @@ _PLAIN = re.compile(rf"{_NUMBERS}(?:([0-9]{{1,15}})?(?:;{_NUMBERS})?\n?\Z)?")
 
 
 def parse_packet(text, wheels):
-    """The `Packet` at the start of a string, `wheels` values; behind its `;` all but what `Packet.told` has is ignored.
-
-    Raises PacketError where it is longer than a line, or has not so many numbers (of few digits) and a semicolon.
-    """
+    """The `Packet` of `wheels` values at the start of a string, with what `Packet.told` has. Raises PacketError."""
     if len(text) > LONGEST_LINE + 1 and ";" not in text[:LONGEST_LINE]:
         raise PacketError("overlong", f"{len(text)} characters, allowed: a line of {LONGEST_LINE}; {text[:40]!r}...")
     match = _PLAIN.match(text)

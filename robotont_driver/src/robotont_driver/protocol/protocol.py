@@ -74,10 +74,7 @@ class LineSplitter:
 
 
 class Protocol:
-    """One kind of board, for one connection: bytes in, `Packet`s out; commands in, bytes out.
-
-    Times `now` [s] are the caller's. A subclass sets the constants and defines `read_line` and `encode`.
-    """
+    """One kind of board, for one connection: bytes in, `Packet`s out; commands in, bytes out; times [s] are given."""
 
     name = ""
     pacing = 0.0    # [s] least time from a line's end to the next one's beginning, to the board; 0: none is needed

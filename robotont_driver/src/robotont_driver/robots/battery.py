@@ -1,4 +1,4 @@
-"""How full a battery is, from its voltage: the pack in a robot's driver.yaml. Free of ROS and clock."""
+"""How full a battery is, from its voltage: the pack in a robot's driver.yaml."""
 
 import math
 from typing import NamedTuple, Tuple

@@ -13,10 +13,7 @@ OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.E
 
 
 class Health:
-    """Publishes /diagnostics every ~diagnostic_period (1 s), one status per subject.
-
-    subjects: functions by name that return (level, message, {key: value}). node: full name, if not the process'.
-    """
+    """Publishes /diagnostics every ~diagnostic_period (1 s): (level, message, {key: value}) by each of `subjects`."""
 
     def __init__(self, hardware, subjects, node=None):
         self._node, self._hardware, self._subjects = node or rospy.get_name(), hardware, subjects

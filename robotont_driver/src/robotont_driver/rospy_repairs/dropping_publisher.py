@@ -9,8 +9,7 @@ import rospy
 class DroppingPublisher:
     """When `publish` returns, the message is in the sockets, also the last one of a node that shuts down, the stop.
 
-    A subscriber that stops reading, whose socket has less than a third of its room left, loses messages. For messages
-    of up to a few kB; a socket has room for seconds of packets.
+    A subscriber that reads no more, whose socket has less than a third of its room left, loses messages (of a few kB).
     """
 
     def __init__(self, topic, message_type):

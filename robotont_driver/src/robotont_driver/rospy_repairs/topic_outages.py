@@ -1,8 +1,6 @@
-"""Connects to publishers on other machines anew when the network to them comes back.
-
-TCP doubles its pause with every failed attempt: after an outage of T seconds it sends only up to T seconds later. The
-old connection still delivers, late, unless MOST_OLD are newer.
-"""
+"""Connects to publishers on other machines anew when the network to them comes back."""
+# TCP doubles its pause with every failed attempt: after an outage of T seconds it sends only up to T seconds later. The
+# old connection still delivers, late, unless MOST_OLD are newer.
 
 import contextlib
 import socket

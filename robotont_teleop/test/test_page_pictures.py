@@ -5,9 +5,10 @@ import math
 
 import numpy as np
 import pytest
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import LaserScan, Range
 from web_pages import room
 
+from robotont_teleop.hand.sensor_view import reading_of
 from robotont_teleop.web.page_pictures import SECTORS, map_picture, nearest, thinned_scan
 
 
@@ -51,3 +52,11 @@ def test_what_is_near_is_told_from_the_rim_with_what_no_sensor_sees():
     assert (gaps[0], gaps[1], gaps[-1]) == (0.45, 2.0, 2.0)
     assert gaps[4:-4] == [None] * (SECTORS - 8)
     assert nearest([], body) == [None] * SECTORS
+
+
+def test_a_reading_of_each_kind_of_sensor_has_its_angles_lengths_and_bounds():
+    scan = LaserScan(angle_min=-0.5, angle_increment=0.5, range_min=0.1, range_max=4.0, ranges=[1.0, 2.0, 3.0])
+    angles, ranges, bounds = reading_of(scan)
+    assert (angles.tolist(), ranges.tolist(), bounds) == ([-0.5, 0.0, 0.5], [1.0, 2.0, 3.0], (0.1, 4.0))
+    angles, ranges, bounds = reading_of(Range(field_of_view=0.4, min_range=0.02, max_range=2.0, range=0.5))
+    assert (angles[0], angles[-1], ranges, bounds) == (-0.2, 0.2, 0.5, (0.02, 2.0))

@@ -167,7 +167,7 @@ def test_flashes_everything_and_tests_the_board(board, flash, monkeypatch, tmp_p
     ({"fails": 4}, "pulled", program.NEW, False),
     ({"load": 90}, "load 90 %", program.NEW, False), ({"missed": True}, "1 were lost", program.NEW, False),
     ({"totals": ""}, "0 packets came", program.NEW, False), ({"ticks": 1}, "50 ticks missed", program.NEW, False),
-    ({"spoilt": 1}, "60 spoilt", program.NEW, False), ({"banner": "x"}, "does not introduce", program.NEW, False),
+    ({"spoilt": 1}, "wrong checksum", program.NEW, False), ({"banner": "x"}, "does not introduce", program.NEW, False),
     ({"new_version": "1.0.0"}, "should have firmware", program.NEW, False),
     ({"new_profile": "vnh"}, "should have firmware", program.NEW, False),
     ({"packets": lambda: b"x\n"}, "0 packets came", program.NEW, False),
@@ -260,25 +260,32 @@ def test_mpremote_that_fails_is_explained(tmp_path, monkeypatch, program, words)
     fake = tmp_path / "mpremote"
     fake.write_text(f"#!/bin/sh\n{program}\n")
     fake.chmod(0o755)
-    monkeypatch.setattr(copying, "tool", lambda name: str(fake))
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "python3"))
     monkeypatch.setattr(copying, "STEP_TIME", {"exec": 0.5})
     with pytest.raises(FlashError, match=words):
         copying.mpremote("/dev/ttyACM0", "exec", "")
 
 
-@pytest.mark.parametrize(("links", "others", "found"), [
-    ([], [], "No board found"), ([], ["/dev/ttyACM0", "/dev/ttyACM1"], "Choose one with --port"),
-    (["/dev/STLink"], ["/dev/ttyACM0", "/dev/ttyACM1"], "")])  # fmt: skip
-def test_the_port_is_the_only_st_link(monkeypatch, links, others, found):
-    there = {"/dev/ttyACM*": others, "/dev/serial/by-id/*STLink*": links}
-    monkeypatch.setattr(board_check.glob, "glob", lambda name: there.get(name, []))
+@pytest.mark.parametrize(("ports", "found"), [
+    ({}, "No board found"), ({"/dev/ttyACM0": "2e8a:0005"}, "No board found"),
+    ({"/dev/ttyACM0": "0483:374b", "/dev/ttyACM1": "0483:374b"}, "Choose one with --port"),
+    ({"/dev/ttyACM0": "2e8a:0005", "/dev/ttyACM1": "0483:374b"}, "")])  # fmt: skip
+def test_the_port_is_the_only_st_link(monkeypatch, ports, found):
+    monkeypatch.setattr(board_check, "serial_ports", lambda: list(ports))
+    monkeypatch.setattr(board_check, "usb_id", ports.get)
     if found:
         with pytest.raises(FlashError, match=found):
             board_check.find_port(None)
     else:
-        assert board_check.find_port(None) == links[0]
-    with pytest.raises(FlashError, match="There is no /dev/no_such_port"):
-        board_check.find_port("/dev/no_such_port")
+        assert board_check.find_port(None) == "/dev/ttyACM1"
+    assert board_check.find_port("/dev/no_such_port") == "/dev/no_such_port"
+
+
+def test_a_port_that_is_not_there_is_explained(flash, monkeypatch):
+    monkeypatch.undo()
+    status, _, message = flash("--profile ours --port /dev/no_such_port")
+    assert status == 1
+    assert "/dev/no_such_port: no such file" in message
 
 
 def test_reports_what_does_not_compile(tmp_path):

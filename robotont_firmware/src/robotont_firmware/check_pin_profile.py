@@ -19,60 +19,45 @@ _LOAD = 80  # [%] of a period that reading, calculating and sending may take
 def check(config):
     """Raise ValueError, with what was found and what is allowed, for the first thing that cannot work."""
     bounds.check(config)
-    wheels = config.WHEELS
+    wheels, number = config.WHEELS, bounds.check_number
     _list(config, "ENCODERS", wheels, (str, str, int, int))
     _list(config, "PWM", wheels, (str, int, int, int))
     _list(config, "DIRECTIONS", wheels, (str, str))
     _list(config, "BACKWARD_ENCODERS", wheels, bool)
     _list(config, "FAULTS", wheels, str, config.FAULTS != () and config.FAULTS != [])  # noqa: PLR1714
-    _check_timers(config)
-    _check_pins(config)
-    _check_electronics(config)
-    _check_times(config)
 
-
-def _check_timers(config):
     encoders = [wiring[2] for wiring in config.ENCODERS]
     pulses = [(wiring[1], wiring[2]) for wiring in config.PWM]
     _require("ENCODERS", encoders, _unique(encoders) and all(timer in _COUNTERS for timer in encoders),
              f"a timer of {_COUNTERS} each")  # fmt: skip
     fit = [timer in _TIMERS and timer not in encoders and 1 <= channel <= 4 for timer, channel in pulses]
     _require("PWM", pulses, _unique(pulses) and all(fit), "a channel (1 to 4) of a timer without encoder each")
-    taken = encoders + [timer for timer, _ in pulses]
+    free = [timer for timer in _TIMERS if timer not in encoders + [timer for timer, _ in pulses]]
     tick = config.TICK_TIMER
-    _require("TICK_TIMER", tick, type(tick) is int and tick in _TIMERS and tick not in taken, "a timer of its own")
+    _require("TICK_TIMER", tick, type(tick) is int and tick in free, "a timer of its own")
 
-
-def _check_pins(config):
     pins = [pin for wiring in config.ENCODERS for pin in wiring[:2]] + [wiring[0] for wiring in config.PWM]
     pins += [pin for pair in config.DIRECTIONS for pin in pair] + list(config.FAULTS) + [config.SAFE_BUTTON]
-    if config.LIGHT is not None:
-        pins.append(config.LIGHT)
-    if config.BATTERY_PIN is not None:
-        pins.append(config.BATTERY_PIN)
-        bounds.check_number(config, "BATTERY_DIVIDER", 1, bounds.LARGEST // _FULL_SCALE)
+    pins += [pin for pin in (config.LIGHT, config.BATTERY_PIN) if pin is not None]
     for pin in pins:
         _require("pins", pin, type(pin) is str and pins.count(pin) == 1, "a pin's name, used once")
 
-
-def _check_electronics(config):
+    if config.BATTERY_PIN is not None:
+        number(config, "BATTERY_DIVIDER", 1, bounds.LARGEST // _FULL_SCALE)
+    number(config, "BATTERY_LOW", 0, config.BATTERY)
     kind = config.DRIVER
     _require("DRIVER", kind, type(kind) is str and kind in DRIVERS, "brake or coast")
-    least, most = DRIVERS[kind]
-    bounds.check_number(config, "PWM_FREQUENCY", least, most, f" [Hz] with drivers that {kind}")
-    bounds.check_number(config, "BATTERY_LOW", 0, config.BATTERY)
+    number(config, "PWM_FREQUENCY", *DRIVERS[kind], f" [Hz] with drivers that {kind}")
     _require("ENCODER_PULL_UPS", config.ENCODER_PULL_UPS, type(config.ENCODER_PULL_UPS) is bool, "True or False")
 
-
-def _check_times(config):
-    """A period has to be long enough for its work, and the watchdog for some periods."""
-    bounds.check_number(config, "BAUDRATE", 9600, 1000000)
+    # A period has to be long enough for its work, and the watchdog for some periods.
+    number(config, "BAUDRATE", 9600, 1000000)
     room = bounds.line_bytes(config)
     _require("RATE", config.RATE, room <= _REPL_RING, f"a period of {_REPL_RING} bytes at most: or less BAUDRATE")
     period = 1000000 // config.RATE  # [us]
-    work = 1500 + 1450 * config.WHEELS + (20 + 11 * config.WHEELS) * 10000000 // config.BAUDRATE
+    work = 1500 + 1450 * wheels + (20 + 11 * wheels) * 10000000 // config.BAUDRATE
     _require("RATE", config.RATE, work * 100 <= period * _LOAD, f"a period of {work * 100 // _LOAD} us or more")
-    bounds.check_number(config, "WATCHDOG", 3000 // config.RATE + 20, bounds.MAX_PERIODS * 1000 // config.RATE)
+    number(config, "WATCHDOG", 3000 // config.RATE + 20, bounds.MAX_PERIODS * 1000 // config.RATE)
 
 
 def _list(config, name, wheels, kinds, full=True):

@@ -7,12 +7,12 @@ in docs/firmware.md; all other pins are the official ones. Order and signs are t
 wrong, the first command stops with the fault that the wheel counts against its direction.
 """
 
+from robotont_firmware.pin_profile import *  # noqa: F403 (on the PC that is "ours")
+
 PROFILE = "robotont21"
 DESCRIPTION = "Robotont 2.0/2.1, shield 1.3, with FOUR ENCODER WIRES MOVED"
 
 BATTERY = 16800  # [mV] 4S LiPo, full, on motors for 12 V: scales the feed-forward, the gains and the torque limits
-BATTERY_PIN = None  # the shield measures it on another board
-BATTERY_DIVIDER = 0
 BATTERY_LOW = 13200  # [mV] 3.3 V a cell
 
 STATIC = 330  # [effort] pulses of less than 0.6 ms give little current
@@ -27,13 +27,10 @@ ENCODERS = (  # A pin, B pin, timer (channels 1 and 2), alternate function
     ("PB4", "PB5", 3, 2),  # B moved from PB13
     ("PA8", "PA9", 1, 1),  # A moved from PC7
 )
-BACKWARD_ENCODERS = (False, False, False)  # A leads B while the motor drives forward: see docs/firmware.md
 ENCODER_PULL_UPS = True  # they are fed 3.3 V: an unplugged one counts nothing, instead of noise
 DRIVER = "coast"  # MC33887, switched by D2
 PWM_FREQUENCY = 100  # [Hz] as in the official firmware; pulses much shorter than 1 ms give no torque
 PWM = (("PC6", 8, 1, 3), ("PB14", 15, 1, 14), ("PB6", 4, 1, 2))  # pin, timer, channel, alternate function
 DIRECTIONS = (("PC9", "PC8"), ("PB1", "PB15"), ("PA7", "PB12"))  # high while forward (DIR2), backward (DIR1)
 FAULTS = ("PA6", "PB3", "PB2")  # low: fault
-TICK_TIMER = 6
-SAFE_BUTTON = "PC13"  # USER, low while pressed
 LIGHT = None  # whether the shield leads LD2's pin anywhere is not known

@@ -35,8 +35,7 @@ def _read_numbers(line, numbers, amount: int) -> int:
     at = 0
     for wheel in range(amount):
         negative = text[at] == _MINUS
-        if negative:
-            at += 1
+        at += 1 if negative else 0
         start = at
         value = 0
         byte = text[at]
@@ -135,28 +134,23 @@ class Receiver:
 
     @micropython.native
     def _read_line(self, length):
-        """Return True when line[0:length] is a command to obey, which then stands in `setpoints`."""
+        """Return True when line[0:length] is a command to obey, which then stands in `setpoints`; obey an order."""
         self._line[length] = _NEWLINE
         end = _read_numbers(self._line, self._scratch, self._wheels)
         if end > 0 and self._trailer_allows(end, length):
             self.setpoints, self._scratch = self._scratch, self.setpoints
             return True
-        if not self._read_order():
-            self._drop()
-        return False
-
-    def _drop(self):
-        self.dropped = (self.dropped + 1) & _COUNTER_MASK
-
-    def _read_order(self):
-        """Return True when the line is an order, with its CRC, which then stands in `order`."""
         for index in range(len(self._orders)):
             order = self._orders[index]
             if _is(self._line, 0, order, len(order)):
                 if self.order != LEAVE:
                     self.order = index + 1
-                return True
+                return False
+        self._drop()
         return False
+
+    def _drop(self):
+        self.dropped = (self.dropped + 1) & _COUNTER_MASK
 
     @micropython.native
     def _trailer_allows(self, end, length):

@@ -24,7 +24,7 @@ class Status:
         self._light = getattr(board, "light", None)
         self._low = config.BATTERY_LOW
         self._rate = config.RATE
-        self._low_for = 0  # [periods] that the battery has been low
+        self._low_for = 0  # [periods] that the battery has been low: a second is told
         self._mean = 0  # [mV] of the battery, over some 16 periods
         self._until = 0  # [periods] until voltage and load are taken anew
 
@@ -34,8 +34,15 @@ class Status:
         fields = self.fields
         fields[_MISSED] = (fields[_MISSED] + periods - 1) & 0xFF
         fields[_REFUSED] = refused & 0xFF
-        if self._battery is not None and self._is_low(periods):
-            flags |= BATTERY_IS_LOW
+        if self._battery is not None:
+            voltage = self._battery()
+            self._mean = voltage if self._mean == 0 else self._mean + ((voltage - self._mean) >> 4)
+            if voltage >= self._low:
+                self._low_for = 0
+            elif self._low_for < self._rate:
+                self._low_for += periods
+            if self._low_for >= self._rate:
+                flags |= BATTERY_IS_LOW
         fields[_FLAGS] = flags
         self._until -= periods
         if self._until <= 0:
@@ -43,16 +50,6 @@ class Status:
             fields[self._volts] = min(self._mean // 10, 0xFFF)
             if self._load is not None:
                 fields[self._share] = self._load()
-
-    def _is_low(self, periods):
-        """Return True when the battery has been below BATTERY_LOW for a second."""
-        voltage = self._battery()
-        self._mean = voltage if self._mean == 0 else self._mean + ((voltage - self._mean) >> 4)
-        if voltage >= self._low:
-            self._low_for = 0
-        elif self._low_for < self._rate:
-            self._low_for += periods
-        return self._low_for >= self._rate
 
     def show(self, counter, driven, broken):
         """Once in a beat: blink with a fault, shine while the robot is driven, flash now and then else."""

@@ -206,13 +206,10 @@ def warm(numbers, effort: int, speed: int, periods: int) -> int:
 class Pid:
     """One wheel, by the `Numbers` of a configuration.
 
-    The set-point passes through a first-order model of how the wheel is able to follow; the feed-forward
-    drives the wheel along it, and P and I only act on the difference from it. So a step does not
-    charge the integral, and the sum of the errors, hence the distance, still comes out exact: as long as the
-    robot is driven. When all stand, `stop` holds each wheel where it came to rest.
+    The reference follows the set-point as the wheel is able to, and P and I act on the difference from it alone. So a
+    step does not charge the integral, and the distance comes out exact, as long as the robot is driven.
 
-    `fault` is what fault_watch found, until `reset`. `overloaded`: the motor had more than its continuous current for
-    so long that only that is left. `n`: all its numbers.
+    `fault` is what fault_watch found, until `reset`. `overloaded`: only the continuous current is left. `n`: its array.
     """
 
     def __init__(self, config, numbers):

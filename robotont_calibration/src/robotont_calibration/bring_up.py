@@ -13,7 +13,7 @@ MOVED, LEAST = 0.0125, 4  # [turns of a wheel], [edges]: what is less in half a 
 REST = 1.2    # [s] from an order until its wheel stands again
 PATIENCE = 3.0  # [s] for an answer
 QUESTIONS = """\
-Lift the robot: no wheel may touch anything. Each motor turns for half a second forward, then backward, at a tenth
+Lift the robot: no wheel may touch anything. Each motor turns for half a second forward, then backward, at little
 of its effort. Before, `./robotont wheels` should have shown that each wheel, turned by hand, counts its own way.
 Press Enter when all wheels are in the air (Ctrl-C ends it): """
 

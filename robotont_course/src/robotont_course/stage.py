@@ -156,19 +156,21 @@ def play(exercise, file, world, witness, folder):
 
     def so_far():
         return judge.Run(np.array(witness.rows[first:]) - (begin, 0, 0, 0, 0, 0), world, radius)
-    run = so_far()
-    while not (run.end >= exercise.limit or judge.touch(run) or judge.reached(exercise, run) or silent
-               or (run.end > ended + 1.0 and judge.stands_for(run) > 0.5)):
-        time.sleep(0.2)
-        if not witness.commands:
-            with contextlib.suppress(OSError):  # the master has gone, with a simulator whose name was taken
-                topics = published(robots) or topics
+    try:
         run = so_far()
-        if has_ended(process):
-            ended = min(ended, run.end)
-        silent = time.monotonic() - witness.heard > SILENCE
-    over = has_ended(process)
-    end_program(process, output.name)
+        while not (run.end >= exercise.limit or judge.touch(run) or judge.reached(exercise, run) or silent
+                   or (run.end > ended + 1.0 and judge.stands_for(run) > 0.5)):
+            time.sleep(0.2)
+            if not witness.commands:
+                with contextlib.suppress(OSError):  # the master has gone, with a simulator whose name was taken
+                    topics = published(robots) or topics
+            run = so_far()
+            if has_ended(process):
+                ended = min(ended, run.end)
+            silent = time.monotonic() - witness.heard > SILENCE
+        over = has_ended(process)
+    finally:
+        end_program(process, output.name)
     printed = end_of(output, 20000)
     taken = robots & {*re.findall(r"\[(/\S+)\] Reason: new node registered with same name",
                                   end_of(folder / "stack.log", OUTPUT) + printed)}

@@ -14,6 +14,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Image, LaserScan
 
+from robotont_course.scan_to_distance import from_the_right
 from robotont_driver.kinematics import se2
 
 MEMORY = 0.5  # [s] for which a tag that is not seen counts
@@ -43,15 +44,15 @@ class Robot:
     def points(self):
         """What the scan sees, from the right to the left: (angle [rad], left positive; distance [m]) of each point."""
         scan = self._message("scan", LaserScan)
-        return [(scan.angle_min + number * scan.angle_increment, distance)
-                for number, distance in enumerate(scan.ranges) if scan.range_min <= distance <= scan.range_max]
+        return [(angle, distance) for angle, distance in from_the_right(scan)
+                if scan.range_min <= distance <= scan.range_max]
 
     @property
     def ahead(self):
         """The least distance [m] in the scan's middle third; infinite: nothing there, -infinite: too near."""
-        ranges = self._message("scan", LaserScan).ranges
-        third = len(ranges) // 3
-        return min((distance for distance in ranges[third:-third] if not math.isnan(distance)), default=math.inf)
+        rays = from_the_right(self._message("scan", LaserScan))
+        third = len(rays) // 3
+        return min((distance for _, distance in rays[third:-third] if not math.isnan(distance)), default=math.inf)
 
     @property
     def picture(self):

@@ -17,10 +17,18 @@ class ScanToDistance:
         rospy.Subscriber("scan", LaserScan, self._on_scan, queue_size=1)
 
     def _on_scan(self, scan):
-        right, centre, left = sectors(scan.ranges, scan.range_min, scan.range_max)
+        ranges = [distance for _, distance in from_the_right(scan)]
+        right, centre, left = sectors(ranges, scan.range_min, scan.range_max)
         self._publisher.publish(self._message_type(
             stamp=scan.header.stamp, leftMin=left[0], leftMean=left[1], centerMin=centre[0], centerMean=centre[1],
             rightMin=right[0], rightMean=right[1]))
+
+
+def from_the_right(scan):
+    """[(angle [rad] from -pi to pi, distance [m])] of a scan, whichever way and from wherever its scanner turns."""
+    angles = (math.remainder(scan.angle_min + number * scan.angle_increment, 2 * math.pi)
+              for number in range(len(scan.ranges)))
+    return sorted(zip(angles, scan.ranges), key=lambda ray: ray[0])
 
 
 def sectors(ranges, nearest, farthest):

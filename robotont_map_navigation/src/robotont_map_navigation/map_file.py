@@ -1,5 +1,6 @@
 """The map that a launch file was given: whether there is one, before anything is started."""
 
+import argparse
 import os
 import sys
 from pathlib import Path
@@ -41,8 +42,11 @@ def fault(file):
 
 def main():
     """Print "true" when the map is there; else the reason on stderr, and exit with 1."""
-    launch_file, file = sys.argv[1:]
-    found = fault(file)
+    parser = argparse.ArgumentParser(description="Check a launch file's map; used by launch files.")
+    parser.add_argument("launch_file", help="who asks")
+    parser.add_argument("map", help="its map")
+    options = parser.parse_args()
+    found = fault(options.map)
     if found:
-        sys.exit(f"{launch_file}: {found}")
+        sys.exit(f"{options.launch_file}: {found}")
     print("true")

@@ -82,8 +82,9 @@ class StandFirst:
         return sender not in self._held
 
     def waiting(self, now):
-        """Names of the senders that are held and ask for motion."""
-        return sorted(sender for sender in self._held if now - self._asked.get(sender, -math.inf) < self._timeout)
+        """Names of the senders that are held and ask for motion; in any thread."""
+        return sorted(sender for sender in tuple(self._held)
+                      if now - self._asked.get(sender, -math.inf) < self._timeout)
 
     def excuse(self):
         """On a person's request: nobody has to stop first any more."""

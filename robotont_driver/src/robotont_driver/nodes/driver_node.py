@@ -74,7 +74,7 @@ class DriverNode:
         self._pressed_by = rospy.Publisher("emergency_stop/pressed_by", String, queue_size=1, latch=True)
         self._pressed_by.publish(", ".join(self._emergency_stop.pressed_by))
         self._kept = (KeptParameter(PRESSED_BY, lambda: list(self._emergency_stop.pressed_by)),
-                      KeptParameter(HELD, self._held))
+                      KeptParameter(HELD, lambda: self._stream.waiting(boot_time())))
         Worker(self._repeat)
         rospy.on_shutdown(self._stop)
         emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, tcp_nodelay=True)
@@ -133,10 +133,6 @@ class DriverNode:
         self._pressed_by.publish(pressed_by)
         for kept in self._kept:
             kept.changed()
-
-    def _held(self):
-        with self._lock:
-            return self._stream.waiting(boot_time())
 
     def _send(self):
         """Send what may go out now: since a command was judged this process may have been stopped."""

@@ -3,6 +3,7 @@
 import argparse
 import gc
 import sys
+import textwrap
 
 import rospy
 
@@ -28,7 +29,8 @@ def refuse(faults):
 
 def answer_help(name, explanation, table=None):
     """With the argument `-h`, print explanation and parameters and exit; with one that is no remapping exit with 2."""
-    lines = [f"~{one.name} (default: {one.default!r} {one.unit}): {one.meaning}"
+    lines = [textwrap.fill(f"~{one.name} (default: {one.default!r} {one.unit}): {one.meaning}; allowed: {one.allowed}",
+                           78, subsequent_indent="    ")
              for one in (() if table is None else (*table, *COMMON_PARAMETERS))]
     parser = argparse.ArgumentParser(prog=name, description=explanation, epilog="\n".join(lines),
                                      formatter_class=argparse.RawDescriptionHelpFormatter)

@@ -25,8 +25,8 @@ def running_wheels(namespace):
     except rosgraph.MasterError:  # no such namespace
         given = {}
     if not any(key in given for key in KEYS):
-        raise ParameterError([f"wheelAmount and its kin: found none in {namespace}: start robot.launch or "
-                              "simulation.launch, or rosparam load config/robots/NAME/wheel_params.yaml"])
+        raise ParameterError([f"wheelAmount and its kin: found none in {namespace}, where no robot runs: "
+                              "start robot.launch, or rosparam load config/robots/NAME/wheel_params.yaml"])
     try:
         return read_wheels(given)
     except ParameterError as error:

@@ -55,7 +55,7 @@ class CmdVelMux:
                   Input("default", DEFAULT_TIMEOUT, 0.0))
         self._arbiter = Arbiter(inputs, kept_names(STAND_FIRST))
         self._lock = threading.Lock()
-        self._held = KeptParameter(STAND_FIRST, self._tell_held)
+        self._held = KeptParameter(STAND_FIRST, lambda: self._arbiter.held(boot_time()))
         self._timeouts = {name: timeout for name, timeout, *_ in inputs}
         self._commands = dict.fromkeys(self._timeouts, 0)
         self._refusal = ""
@@ -115,10 +115,6 @@ class CmdVelMux:
             self._cancel.publish(GoalID())
         self._held.changed()
         self._tell_driver()
-
-    def _tell_held(self):
-        with self._lock:
-            return self._arbiter.held(boot_time())
 
     def _on_stand(self, message):
         if 0.0 < message.data <= LONGEST_STAND:

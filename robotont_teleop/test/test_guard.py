@@ -5,7 +5,7 @@ from collections import namedtuple
 
 import numpy as np
 import pytest
-from guarded_drive import AROUND, CAMERA, CONE, LIMITS, RADIUS, SCAN_BOUNDS, make_guard, place
+from guarded_drive import AROUND, CAMERA, CONE, LIMITS, RADIUS, SCAN_BOUNDS, WHEELS, make_guard, place
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -18,7 +18,8 @@ BOUNDS = (0.12, 4.0)  # [m] of a laser scanner
 FAR = np.full(len(AROUND), math.inf)
 SIDE, REST, REACTION, READINGS = 0.025, 0.055, 0.1, 7  # as documented
 Quaternion = namedtuple("Quaternion", "x y z w")
-Measured = namedtuple("Measured", "radius floor top pid_frequency", defaults=(50.0,))
+Measured = namedtuple("Measured", "radius floor top pid_frequency amount motor gear radii mass",
+                      defaults=(50.0, WHEELS.amount, WHEELS.motor, WHEELS.gear, WHEELS.radii, WHEELS.mass))
 STOP, AHEAD, HAND = (0.0, 0.0, 0.0), (0.8, 0.0, 0.0), 0.8
 SLOW = pytest.approx(0.3)  # [m/s], the blind speed
 numbers = st.floats(-2.0, 2.0)

@@ -122,14 +122,14 @@ class SimulatorNode:
         watch(world.others, functools.partial(self._order, simulation.put))
         rospy.Service("~unplug", SetBool, self._on_unplug)
         rospy.Service("~brown_out", Trigger, self._on_brown_out)
-        self._due = time.monotonic()  # [s] when the newest period was over
         self._late = self._late_before = 0  # stalls after which time was skipped
         self._died = ""  # of what
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
         rospy.on_shutdown(self._stop)
-        self._thread.start()
         Health("simulator", {"real time": self._report})
+        self._due = time.monotonic()  # [s] when the newest period was over
+        self._thread.start()  # last: who hears of it may end this node at once
         rospy.loginfo("a board at %s", parameters["port"])
 
     def _run(self):
@@ -203,7 +203,8 @@ class SimulatorNode:
     def _stop(self):
         """End the loop, then the port. Called when ROS begins to shut down."""
         self._stopping.set()
-        self._thread.join()
+        if self._thread.is_alive():
+            self._thread.join()
         self._port.unplug()
 
 

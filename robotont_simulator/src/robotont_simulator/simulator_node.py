@@ -122,8 +122,7 @@ class SimulatorNode:
         watch(world.others, functools.partial(self._order, simulation.put))
         rospy.Service("~unplug", SetBool, self._on_unplug)
         rospy.Service("~brown_out", Trigger, self._on_brown_out)
-        self._late = self._late_before = 0  # stalls after which time was skipped
-        self._died = ""  # of what
+        self._late, self._late_before, self._died = 0, 0, ""  # stalls after which time was skipped; why it has ended
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
         rospy.on_shutdown(self._stop)

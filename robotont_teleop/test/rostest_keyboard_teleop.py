@@ -144,8 +144,8 @@ class KeyboardTeleopTest(NodeTest):
             self.assertLess(time.monotonic() - pressed, HOLD)
             wait_for(lambda: "EMERGENCY STOP" in terminal.line and stops and stops[-1].data, "words about the stop")
             seen = len(self.hand)
-            wait_for(lambda again=release: "EMERGENCY STOP" not in terminal.line and not stops[-1].data or
-                     stops[-1].data and again(), "words about the release", period=1.0)
+            wait_for(lambda again=release: ("EMERGENCY STOP" not in terminal.line and not stops[-1].data) or
+                     (stops[-1].data and again()), "words about the release", period=1.0)
             wait_for(lambda end=pressed + HOLD: time.monotonic() > end, "the end of the key's time")
             self.assertFalse([one for one in self.hand[seen:] if one != STOP])
 

@@ -101,7 +101,8 @@ def _program_faults(program, end):
     if program.taken:
         yield min(program.ended, end), f"took the name {program.taken}, which is the robot's: give your node another"
     if bad:
-        yield bad[0], "a command that is not a number (NaN or infinite): the robot refuses it"
+        yield bad[0], "a command that is not a number (NaN or infinite), as -inf of a sensor times a factor: " \
+            "the robot refuses it"
     if len(nodes) > 1:
         yield commands[0], f"{len(nodes)} nodes publish on cmd_vel, their commands mix: {', '.join(nodes)}"
     if not commands:

@@ -112,7 +112,7 @@ class SimulatorNodeTest(SimulationTest):
         log = self.processes.folder / "log"
         port = self.processes.folder / "board"
         launch = self.processes.launch("simulation.launch", "world:=moon", f"port:={port}", log=log)
-        wait_for(lambda: re.search(r"moon\.yaml, allowed: .*\broom\b", log.read_text()), "words about the world")
+        wait_for(lambda: re.search(r"moon\.yaml, allowed: .*\broom\b", log.read_text()), "words about the world", START)
         wait_for(lambda: launch.poll() is not None, "the end: there is no robot without a simulator")
         self.assertNotIn("Traceback", log.read_text())
 

@@ -146,13 +146,19 @@ def test_who_has_asked_for_motion_drives_after_a_release_only_after_a_stop_of_hi
 
 
 def test_who_was_held_when_the_process_before_ended_has_to_stop_first():
-    stand_first = StandFirst(TIMEOUT, ["/program"])
-    assert stand_first.waiting(7.0) == []
+    stand_first = StandFirst(TIMEOUT, ["/program"], 7.0)
     assert not stand_first.admits("/program", True, 7.1)
     assert stand_first.waiting(7.1) == ["/program"]
     assert stand_first.admits("/another", True, 7.1)
     assert stand_first.admits("/program", False, 7.2)
     assert stand_first.admits("/program", True, 7.3)
+
+
+@pytest.mark.parametrize("silence, held", [(4.9, True), (5.0, False), (3600.0, False)])
+def test_who_was_held_then_and_comes_5_s_later_has_begun_anew(silence, held):
+    stand_first = StandFirst(TIMEOUT, ["/program"], 7.0)
+    assert stand_first.admits("/program", True, 7.0 + silence) != held
+    assert bool(stand_first.waiting(7.0 + silence)) == held
 
 
 def test_exactly_the_time_out_of_silence_is_a_stop():

@@ -8,9 +8,9 @@ LARGEST = 1000.0  # [m/s, rad/s] beyond any robot; a larger number is a fault of
 
 
 class CommandStream:
-    """Turns commanded twists (v_x, v_y, omega) into the one that may go out at a time [s]. held: as of `StandFirst`."""
+    """Turns commanded twists (v_x, v_y, omega) into the one that may go out at a time [s]. held, now: `StandFirst`."""
 
-    def __init__(self, kinematics, limits, timeout, period, held=()):
+    def __init__(self, kinematics, limits, timeout, period, held=(), now=0.0):
         self.kinematics = kinematics
         self.limits = self._given = limits
         self.timeout = timeout    # [s] a command older than this stops the robot
@@ -21,7 +21,7 @@ class CommandStream:
         self.timeouts = 0
         self.limited = False      # whether the newest command was shortened: too fast, or too sharp a bend
         self.cut_off = False      # whether the newest time-out stopped a moving robot
-        self._stand_first = StandFirst(timeout, held)
+        self._stand_first = StandFirst(timeout, held, now)
         self._refusal = None      # why the newest command was refused
         self._target = None       # newest valid command within the limits; None = stop at once
         self._received = None     # [s] when it came

@@ -51,13 +51,17 @@ class EmergencyStop:
         return changed
 
 
+RECONNECTING = 5.0  # [s] for which a new process does not take silence for a stop
+
+
 class StandFirst:
     """Who has to stop once before he may drive: whoever has asked for motion and not stopped before the release."""
 
-    def __init__(self, timeout, held=()):
+    def __init__(self, timeout, held=(), now=0.0):
         self._timeout = timeout  # [s] after which silence counts as a stop
-        self._asked = {}   # when each sender has asked for motion for the last time, since its newest zero
-        self._held = set(held)  # senders that have to stop first; held: those of the process before this one
+        # when each sender has asked for motion for the last time, since its newest zero; held: of the process before
+        self._asked = dict.fromkeys(held, now + RECONNECTING - timeout)
+        self._held = set(held)  # senders that have to stop first
 
     def press(self, now):
         """The emergency stop begins: who has fallen silent before does not ask for motion."""

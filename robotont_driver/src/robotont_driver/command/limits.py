@@ -53,10 +53,8 @@ def limit_acceleration(previous, wanted, elapsed, limits):
     change = (wanted[0] - x, wanted[1] - y, wanted[2] - previous[2])
     slower = change[0] * x + change[1] * y < 0.0
     linear = (slower and limits.linear_deceleration) or limits.linear_acceleration
-    share = math.hypot(
-        _share(math.hypot(change[0], change[1]), linear, elapsed),
-        _share(abs(change[2]), limits.angular_acceleration, elapsed),
-    )
+    share = math.hypot(_share(math.hypot(change[0], change[1]), linear, elapsed),
+                       _share(abs(change[2]), limits.angular_acceleration, elapsed))  # fmt: skip
     if share <= 1.0:
         return tuple(wanted)
     return tuple(old + step / share for old, step in zip((x, y, previous[2]), change))

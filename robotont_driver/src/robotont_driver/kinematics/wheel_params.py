@@ -176,8 +176,7 @@ class _Reader:
 
     def per_wheel(self, key, valid, allowed, *default):
         """One value per wheel, given as a list or as one for all."""
-        value = self.check(key, lambda v: valid(v) or self._is_list(v, valid), allowed,
-                           *default)
+        value = self.check(key, lambda v: valid(v) or self._is_list(v, valid), allowed, *default)
         return value if isinstance(value, (list, tuple)) else [value] * (self._amount or 0)
 
     def lengths(self, key, least):

@@ -77,9 +77,8 @@ class SerialLink:
                 self.commanded = packet if self.connection.drives else None
                 with contextlib.suppress(OSError):  # of the port, which the thread finds, too
                     self._outbox.write(self._port, time.monotonic)
-            waits = bool(self._outbox)
-        if waits:
-            self._notify()
+            if self._outbox:
+                self._notify()
 
     def add(self, line):
         """Send a line (bytes) when no packet waits."""
@@ -101,14 +100,14 @@ class SerialLink:
             try:
                 with opened(self._name, self._baudrate) as port:
                     now = time.monotonic()
-                    self.connection = connection = self._owner.connect(usb_id(self._name), now)
+                    self.connection = connection = self._call("connect", usb_id(self._name), now)
                     self._outbox = Outbox(BITS_OF_A_BYTE / self._baudrate)
                     self.commanded, self._deadline = None, now + self._write_timeout
                     self.opened += 1
                     self.trouble = None
                     try:
                         self._port = port.fileno()
-                        self._owner.on_change(None)
+                        self._call("on_change", None)
                         self._serve(self._port, connection)
                     finally:
                         with self._lock:
@@ -120,6 +119,12 @@ class SerialLink:
                 self._lost(f"{self._name}: a fault of this program, {type(error).__name__}: {error}")
             self._rest(self._retry_period)
 
+    def _call(self, name, *args):
+        try:
+            return getattr(self._owner, name)(*args)
+        except OSError as error:  # of the owner, as of a full disk: none of the port
+            raise RuntimeError(f"{type(error).__name__}: {error}") from error
+
     def _serve(self, port, connection):
         """Move bytes both ways until the port fails, the board falls silent or the link is closed."""
         poll, protocol = select.poll(), None
@@ -128,7 +133,7 @@ class SerialLink:
         while True:
             if connection.protocol is not protocol:
                 protocol = connection.protocol
-                self._owner.on_protocol(protocol)
+                self._call("on_protocol", protocol)
             now = time.monotonic()
             self.gaps.tick(now)
             if self._closing:
@@ -144,7 +149,7 @@ class SerialLink:
             data = read(port, events[port]) if port in events else b""
             for line in data.splitlines(keepends=True):  # of a burst, each packet goes out before the next line is read
                 for packet in self._feed(port, connection, line):
-                    self._owner.on_packet(packet)
+                    self._call("on_packet", packet)
 
     def _write(self, port, connection, now):
         """Write what waits, or a stop where the newest command is too old; [s] until more is to do if nothing comes."""

@@ -30,10 +30,8 @@ PARAMETERS = (
               reason="for so long the robot drives on when its commander dies"),
     Parameter("command_decimals", 2, "decimals of each wheel speed; 0 for boards that read whole units",
               minimum=0, maximum=3, reason="with more, the packets of many wheels do not fit into a line"),
-    Parameter("max_linear_speed", 0.0, "limit of the speed over ground; 0 = off", "m/s", minimum=0.0,
-              maximum=100.0),
-    Parameter("max_angular_speed", 0.0, "limit of the turning speed; 0 = off", "rad/s", minimum=0.0,
-              maximum=100.0),
+    Parameter("max_linear_speed", 0.0, "limit of the speed over ground; 0 = off", "m/s", minimum=0.0, maximum=100.0),
+    Parameter("max_angular_speed", 0.0, "limit of the turning speed; 0 = off", "rad/s", minimum=0.0, maximum=100.0),
     Parameter("max_wheel_speed", 0.0, "limit of the fastest wheel; 0 = off", "m/s", minimum=0.0, maximum=100.0),
     Parameter("max_linear_acceleration", 0.0, "limit of the change of velocity over ground, bends included; zeros "
               "stop at once; 0 = off", "m/s^2", minimum=0.0, maximum=1000.0),
@@ -61,9 +59,9 @@ class DriverNode:
         self._decimals = parameters["command_decimals"]
         limits = Limits(*(parameters["max_" + limit] for limit in Limits._fields))
         self._stream = CommandStream(Kinematics(wheels), limits, parameters["cmd_timeout"], self._period,
-                                     kept_names(HELD))
+                                     kept_names(HELD), boot_time())
         self._emergency_stop = EmergencyStop(rospy.get_param(PRESSED_BY, ()))
-        self._stream.emergency_stop(self._emergency_stop.pressed, 0.0)
+        self._stream.emergency_stop(self._emergency_stop.pressed, boot_time())
         self._buttons = rospy.resolve_name("emergency_stop")  # the topic
         self._lock = threading.Lock()
         self._sent_at = boot_time()
@@ -174,5 +172,5 @@ class DriverNode:
                 "times that this node was stopped or starved": self._arrivals.gaps.amount,
                 "age of newest command [s]": "none yet" if age is None else f"{age:.2f}",
             }
-        waiting = "no cmd_vel yet" if age is None else "following cmd_vel"
-        return (WARN, complaint, values) if complaint else (OK, waiting, values)
+        words = complaint or ("no cmd_vel yet" if age is None else "following cmd_vel")
+        return WARN if complaint else OK, words, values

@@ -56,8 +56,7 @@ class SerialComNode:
         self._publish = topic("serial_read").advertise()
         self._limit = rospy.Publisher("board_wheel_limit", Float64, queue_size=1, latch=True)
         self._link = SerialLink(self._port, parameters["baudrate"], self, parameters["write_timeout"])
-        self._topics = BoardTopics(parameters["range_frame_prefix"], parameters["base_frame"], battery,
-                                      self._on_light)
+        self._topics = BoardTopics(parameters["range_frame_prefix"], parameters["base_frame"], battery, self._on_light)
         self._link.start()
         rospy.on_shutdown(self._link.close)
         written = topic("serial_write")

@@ -25,13 +25,13 @@ class Input(NamedTuple):
 class _State:
     """State of an input."""
 
-    def __init__(self, settings, held):
+    def __init__(self, settings, held, now):
         self.name, self.timeout, self.zeros_of_all = settings.name, settings.timeout, settings.zeros_of_all
         self.hold = max(settings.rest, settings.timeout)  # [s] how long one motion claims the robot
         self.twist = STOP
         self.received = None  # [s] time of the newest command
         self.moved = None     # [s] time of the newest command with motion; None = no claim
-        self.stand_first = StandFirst(settings.timeout, held)
+        self.stand_first = StandFirst(settings.timeout, held, now)
         self.sender = None    # the one whose motion this is
         self.ignored = None   # (sender, [s]) of the newest motion that another sender has asked for meanwhile
         self.stands_until = -math.inf  # [s] until when whatever it asks for is a zero
@@ -73,11 +73,11 @@ class Arbiter:
     its `rest` has passed since its last motion. Zeros of an input that does not drive are ignored, so that an idle
     sender blocks no other. An emergency stop takes the robot from all of them; each sender that has asked for motion
     and not stopped when it is released has to stop first, by a zero of its own or by silence: releasing never moves
-    the robot. held: as of `StandFirst`.
+    the robot. held, now: as of `StandFirst`.
     """
 
-    def __init__(self, inputs, held=()):
-        self._states = [_State(settings, held) for settings in inputs]  # highest first
+    def __init__(self, inputs, held=(), now=0.0):
+        self._states = [_State(settings, held, now) for settings in inputs]  # highest first
         self._by_name = {state.name: state for state in self._states}
         self._driver = None
         self.sent = STOP  # the newest twist

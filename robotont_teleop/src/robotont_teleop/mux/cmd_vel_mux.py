@@ -53,7 +53,7 @@ class CmdVelMux:
         inputs = (Input("hand", parameters["hand_timeout"], parameters["hand_rest"]),  # the highest first
                   Input("navigation", parameters["navigation_timeout"], NAVIGATION_REST, zeros_of_all=True),
                   Input("default", DEFAULT_TIMEOUT, 0.0))
-        self._arbiter = Arbiter(inputs, kept_names(STAND_FIRST))
+        self._arbiter = Arbiter(inputs, kept_names(STAND_FIRST), boot_time())
         self._lock = threading.Lock()
         self._held = KeptParameter(STAND_FIRST, lambda: self._arbiter.held(boot_time()))
         self._timeouts = {name: timeout for name, timeout, *_ in inputs}

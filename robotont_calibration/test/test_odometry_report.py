@@ -99,6 +99,11 @@ def test_the_table_and_the_picture_and_what_lacks_a_truth(bag, tmp_path, capsys)
     assert "found no ground truth, allowed: --truth TOPIC" in capsys.readouterr().err
 
 
+def test_the_picture_of_the_demo(compared, tmp_path):
+    odometry_report.draw(tmp_path / "demo.png", "demo", *compared, commanded=np.zeros((2, 2)), allowed=0.03)
+    assert (tmp_path / "demo.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_parameters_of_ones_own(bag, tmp_path, capsys):
     arguments = [str(bag), "--truth", "ground_truth/odom", "--wheel-params", str(WHEEL_PARAMS)]
     assert odometry_report.main([*arguments, "-o", str(tmp_path / "a.png")]) == 0

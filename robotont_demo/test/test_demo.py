@@ -1,15 +1,13 @@
-"""The demo's parts without ROS: its plan, what it records, its comparison, its picture, its command line."""
+"""The demo's parts without ROS: its plan, when it begins, its command line; its comparison: test_odometry_report."""
 
 import math
 
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from PIL import Image
 
 from robotont_demo.demo import parse
-from robotont_demo.picture import draw
-from robotont_demo.recording import TimedPoses, distances, end_error, obeys
+from robotont_demo.recording import obeys
 from robotont_demo.scenario import PERIOD, commanded_path, plan
 
 
@@ -28,19 +26,6 @@ def test_the_plan_is_a_square_and_a_circle_with_one_turn_within_the_limits():
     np.testing.assert_allclose(circle[-1], circle[0], atol=0.01)
 
 
-def test_poses_are_compared_at_the_stamps_of_the_odometry():
-    truth = TimedPoses(np.array([10.0, 12.0, 13.0]), np.array([(0, 0, 0), (2, 0, 0), (2, 1, 0)], float))
-    odometry = TimedPoses(np.array([11.0, 12.5, 14.0]), np.array([(1, 0.3, 0), (2, 0.5, 0), (2.3, 1.4, 0)]))
-    np.testing.assert_allclose(distances(odometry, truth), [0.3, 0.0, 0.5], atol=1e-12)
-
-
-def test_the_error_at_the_end_is_modulo_full_turns():
-    metres, radians = end_error(TimedPoses(np.zeros(1), np.array([(3.0, 4.0, 3.1)])),
-                                TimedPoses(np.zeros(1), np.array([(0.0, 0.0, -3.1)])))
-    assert metres == 5.0
-    assert radians == pytest.approx(2 * math.pi - 6.2)
-
-
 def test_the_drive_begins_when_commands_reach_a_board_that_obeys():
     asked = DiagnosticStatus(level=DiagnosticStatus.WARN)  # who it is
     known = DiagnosticStatus(level=DiagnosticStatus.OK)
@@ -48,14 +33,6 @@ def test_the_drive_begins_when_commands_reach_a_board_that_obeys():
     assert not obeys(known, {"packets written": "0"})
     assert not obeys(asked, {"packets written": "3"})
     assert obeys(known, {"packets written": "3"})
-
-
-def test_the_picture_is_drawn(tmp_path):
-    truth = TimedPoses(np.arange(100.0), np.column_stack([np.arange(100.0), np.zeros(100), np.zeros(100)]))
-    draw(truth.poses[:, :2], truth, truth, 0.03, "the simulator", tmp_path / "demo.png")
-    with Image.open(str(tmp_path / "demo.png")) as picture:
-        assert picture.size == (1210, 572)
-        assert len(picture.convert("RGB").getcolors(1 << 20)) > 20
 
 
 @pytest.mark.parametrize("words, complaint", [

@@ -45,10 +45,8 @@ def stack(name, folder, *words):
     def wait_for(condition, what):
         end = time.monotonic() + START
         while not condition():
-            if process.poll() is not None:
-                raise StackError(log.read_text(errors="replace")[-3000:])
-            if time.monotonic() > end:
-                raise StackError(f"waited {START:g} s in vain for {what}")
+            if process.poll() is not None or time.monotonic() > end:
+                raise StackError(f"waited in vain for {what}; roslaunch:\n{log.read_text(errors='replace')[-3000:]}")
             time.sleep(0.02)
     try:
         wait_for(rosgraph.is_master_online, "the ROS master")

@@ -20,6 +20,7 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.robots.robot_folder import read_wheel_file
 
 BLUE, GREY = "#2f6db3", "#a5abb3"  # odometry, ground truth
+ARROWS = 30  # of the heading, along the path
 STYLE = {"font.size": 9, "axes.grid": True, "grid.color": "#e6e8eb", "axes.axisbelow": True}  # of matplotlib
 
 
@@ -108,14 +109,21 @@ def relative_errors(estimate, reference, delta):
     return seen_from(moved, believed)
 
 
-def draw(path, title, estimate, reference):
-    """Write a PNG: both paths, and the errors of place and heading over time."""
+def draw(path, title, estimate, reference, commanded=None, allowed=None):
+    """Write a PNG: the paths, the odometry's with arrows of its heading, and the errors of place and heading over time.
+
+    commanded: K x 2 places [m], None for none; allowed: error [m] at the end, None for none.
+    """
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(10, 4.6), constrained_layout=True)
+        figure = Figure(figsize=(11, 5.2), constrained_layout=True)
         figure.suptitle(title, x=0.01, ha="left", fontsize=12)
         paths, errors = figure.subplots(1, 2)
-        for one, colour, label, width in ((reference, GREY, "ground truth", 3.2), (estimate, BLUE, "odometry", 1.5)):
-            paths.plot(one.poses[:, 0], one.poses[:, 1], color=colour, label=label, linewidth=width)
+        paths.plot(*reference.poses.T[:2], color=GREY, label="ground truth", linewidth=6)
+        paths.plot(*estimate.poses.T[:2], color=BLUE, label="odometry", linewidth=1.5)
+        x, y, yaw = estimate.poses[::len(estimate.poses) // ARROWS + 1].T
+        paths.quiver(x, y, np.cos(yaw), np.sin(yaw), color=BLUE, width=0.004, scale=25, zorder=3)
+        if commanded is not None:
+            paths.plot(*commanded.T, color="black", label="commanded", linewidth=1, linestyle=(0, (4, 3)), zorder=4)
         paths.set(title="Path", xlabel="x [m]", ylabel="y [m]")
         paths.set_aspect("equal", adjustable="datalim")
         paths.legend()
@@ -123,9 +131,11 @@ def draw(path, title, estimate, reference):
         times = reference.times - reference.times[0]
         errors.plot(times, 1000 * places, color=BLUE, label="place [mm]")
         errors.plot(times, 10 * np.degrees(headings), color=GREY, label="heading [0.1°]")
+        if allowed is not None:
+            errors.axhline(1000 * allowed, color="black", linestyle=":", label="allowed at the end [mm]")
         errors.set(title="Errors", xlabel="time [s]", ylim=(0, None))
         errors.legend()
-        figure.savefig(str(path))
+        figure.savefig(str(path), dpi=110)
 
 
 def main(arguments=None):

@@ -13,9 +13,10 @@ import rospy
 from std_msgs.msg import Float32
 
 from robotont_bringup.stack import StackError, scratch, stack
+from robotont_calibration.odometry_report import draw, sizes
+from robotont_calibration.trajectory import synchronise
 from robotont_demo.drive import drive
-from robotont_demo.picture import draw
-from robotont_demo.recording import Recorder, end_error, timed
+from robotont_demo.recording import Recorder
 from robotont_demo.scenario import commanded_path, plan
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
@@ -43,26 +44,23 @@ def parse(words):
 
 
 def run(options):
-    """Drive, print the figures, draw; whether the end pose is right. AssertionError, StackError: it does not work."""
+    """Drive, print the figures, draw; whether the end pose is right. StackError: it does not work."""
     # the official firmware allows a wheel 0.3 m/s; generation 2 sums every second encoder window only
     official = options.robot.packets != "auto"
     allowed = (0.06, math.radians(5.0)) if official else (0.03, math.radians(2.0))
     steps = plan(0.2 if official else 0.4)  # [m/s]
     with scratch() as folder, stack("demo", folder, "robotont_bringup", "simulation.launch", f"port:={folder}/board",
-                                    f"robot:={options.robot.folder}/"):
+                                    f"robot:={options.robot.folder}/") as wait_for:
         recorder = Recorder()
         rospy.Publisher("simulator_node/byte_errors", Float32, queue_size=1, latch=True).publish(options.bad_bytes)
-        try:
-            drive(steps, recorder)
-        except AssertionError as error:
-            raise AssertionError(f"{error}; output of the stack:\n{(Path(folder) / 'stack.log').read_text()}") from None
+        drive(steps, recorder, wait_for)
         recorder.end()
-    odometry, truth = timed(recorder.odometry), timed(recorder.truth)
-    error = end_error(odometry, truth)
+    odometry, truth = synchronise(recorder.trajectory("odometry"), recorder.trajectory("truth"))
+    error = [values[-1] for values in sizes(odometry.poses - truth.poses)]
     for what, value in figures(recorder.link, error, allowed):
         print(f"  {what:<42} {value}")
-    draw(commanded_path(steps), odometry, truth, allowed[0], f"the simulator, robot {options.robot.folder.name}",
-         options.picture)
+    draw(options.picture, f"A square, then a circle while turning, in the simulator, robot {options.robot.folder.name}",
+         odometry, truth, commanded_path(steps), allowed[0])
     print(f"picture: {options.picture}")
     return all(found < most for found, most in zip(error, allowed))
 
@@ -89,7 +87,7 @@ def main():
           flush=True)
     try:
         good = run(options)
-    except (AssertionError, StackError) as error:
+    except StackError as error:
         print(f"the demo failed: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

@@ -10,22 +10,13 @@ from robotont_demo.scenario import PERIOD
 REST = 0.2  # [s] of standing that the odometry has to show
 
 
-def wait_for(condition, what, timeout=20.0, period=0.005):
-    """Until `condition()` is true; AssertionError that names `what` after `timeout` [s]."""
-    end = time.monotonic() + timeout
-    while not condition():
-        if time.monotonic() > end:
-            raise AssertionError(f"waited {timeout} s in vain for {what}")
-        time.sleep(period)
-
-
-def drive(steps, recorder):
-    """Follow the Steps, then stop; AssertionError that names the missing event."""
+def drive(steps, recorder, wait_for):
+    """Follow the Steps, then stop. wait_for: that of the `stack`, whose StackError names the missing event."""
     command = rospy.Publisher("cmd_vel", Twist, queue_size=1)
     wait_for(lambda: recorder.odometry and recorder.truth and recorder.drives and command.get_num_connections(),
-             "the stack", timeout=60.0)
+             "a robot that obeys")
     follow(steps, command)
-    wait_for(lambda: command.publish(Twist()) or recorder.stands_since, "the robot to stop", period=PERIOD)
+    wait_for(lambda: command.publish(Twist()) or recorder.stands_since, "the robot to stop")
     wait_for(lambda: recorder.stands_since and recorder.odometry[-1][0] > recorder.stands_since + REST,
              "the last counts")
     before = recorder.link

@@ -13,7 +13,6 @@ from robotont_calibration.odometry_report import relative_errors, rows, sizes
 from robotont_calibration.recordings import Recording, RecordingError, read_recording
 from robotont_calibration.trajectory import Trajectory, synchronise
 from robotont_driver.kinematics import se2
-from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.protocol import format_packet
 from robotont_testing.robots import SHIPPED, WHEEL_PARAMS
@@ -49,7 +48,7 @@ def bag(drive, tmp_path_factory):
     made.packets = packets
     times = START + PERIOD * np.arange(len(poses))
     with rosbag.Bag(str(path), "w") as file:
-        for (time, packet), pose in zip(packets, made.recomputed(Kinematics(WHEELS)).poses):
+        for (time, packet), pose in zip(packets, made.recomputed(WHEELS).poses):
             file.write("/serial_read", String(format_packet(packet)), rospy.Time.from_sec(time))
             file.write("/odom", pose_message(time, pose), rospy.Time.from_sec(time))
         for time in np.arange(START, times[-1], 0.025):
@@ -162,7 +161,7 @@ def test_packets_that_came_late_leave_no_spikes():
     recording = Recording()
     recording.packets = list(zip(arrivals, map(tuple, counted(WHEELS, rolled(WHEELS, twists)).tolist())))
     truth = Trajectory(np.concatenate([[0.0], times]), path_of(twists))
-    estimate, truth = synchronise(recording.recomputed(Kinematics(WHEELS)), truth)
+    estimate, truth = synchronise(recording.recomputed(WHEELS), truth)
     assert 1000 * sizes(estimate.poses - truth.poses)[0].max() < 1.0
 
 

@@ -18,10 +18,6 @@ of its effort. Before, `./robotont wheels` should have shown that each wheel, tu
 Press Enter when all wheels are in the air (Ctrl-C ends it): """
 
 
-class BringUpError(Exception):
-    """Why the motors cannot be tried, in words for the user."""
-
-
 class BringUp:
     """Talks to the firmware over an open serial `line` (time-out 0 to 0.1 s). wheels: `Wheels`."""
 
@@ -34,17 +30,17 @@ class BringUp:
         self._reader = Checked(wheels)
 
     def prepare(self):
-        """Wait until the board waits for nothing but orders. Raises BringUpError."""
+        """Wait until the board waits for nothing but orders. Raises ValueError."""
         self._talk(PATIENCE, lambda health: health.identity is not None, QUESTION)
         health = self._reader.health
         needed = ".".join(map(str, self.needed))
         if health.identity is None:
-            raise BringUpError(f"no answer from this project's firmware, from {needed} on (./robotont flash); other "
+            raise ValueError(f"no answer from this project's firmware, from {needed} on (./robotont flash); other "
                                "boards cannot drive one motor alone")
         if health.obstacle:
-            raise BringUpError(health.obstacle)
+            raise ValueError(health.obstacle)
         if tuple(map(int, health.identity.version.split(".")[:2])) < self.needed:
-            raise BringUpError(f"the board has firmware {health.identity.version}, older than {needed}: "
+            raise ValueError(f"the board has firmware {health.identity.version}, older than {needed}: "
                                "./robotont flash")
         zeros = add_checksum(format_packet([0] * self._wheels))
         waiting = TIMED_OUT | WAITS_FOR_ZERO
@@ -74,7 +70,7 @@ class BringUp:
     def _check(self):
         health = self._reader.health
         if health.status is None or health.fault or health.status.flags & WAITS_FOR_ZERO:
-            raise BringUpError(health.fault or "the board does not get ready to drive")
+            raise ValueError(health.fault or "the board does not get ready to drive")
 
 
 def judge(wheel, forward, backward, edges_per_turn):
@@ -98,13 +94,18 @@ def judge(wheel, forward, backward, edges_per_turn):
     return next((words for found, words in faults if found), "")
 
 
-def bring_up(tried, wheels, print_line):
-    """Try all motors of the `Wheels` by `tried`, a `BringUp`; whether all are right."""
+def bring_up(line, wheels, show):
+    """Try all motors of the `Wheels` at an open serial `line`, and `show` what each does; whether all are right.
+
+    Raises ValueError where they cannot be tried, in words for the user; OSError.
+    """
+    tried = BringUp(line, wheels)
+    tried.prepare()
     right = True
     for wheel in range(wheels.amount):
         forward, backward = tried.turn(wheel, 1), tried.turn(wheel, -1)
         fault = judge(wheel, forward, backward, wheels.edges_per_turn)
         right = right and not fault
-        print_line(f"motor {wheel} {fault or 'is right'} "
-                   f"({forward[wheel]:+d} edges forward, {backward[wheel]:+d} backward)")
+        show(f"motor {wheel} {fault or 'is right'} "
+             f"({forward[wheel]:+d} edges forward, {backward[wheel]:+d} backward)")
     return right

@@ -62,9 +62,9 @@ def tracked_run(name, times, counts, truth, seconds, deviation):
                      if counts[begin + 1:end + 1].any()]
     if not stretches:
         raise ValueError("found no packets with motion while the true pose is known")
-    poses = np.column_stack([np.interp(times[marks], truth.times, column) for column in truth.poses.T])
     first = marks[0] + 1
-    return Run(name, counts[first:marks[-1] + 1], marks + 1 - first, poses, deviation, np.array(stretches))
+    return Run(name, counts[first:marks[-1] + 1], marks + 1 - first, truth.at(times[marks]).poses, deviation,
+               np.array(stretches))
 
 
 def repeats(runs):
@@ -124,5 +124,10 @@ def errors_along(wheels, run, point=(0.0, 0.0)):
 
 
 def steps_of(wheels, counts):
-    """K x 3 steps in base_link, formulas (8)-(11)."""
-    return (counts * np.array(wheels.metres_per_edge)) @ Kinematics(wheels).inverse.T
+    """K x 3 steps in base_link, of counts K x n."""
+    return counts @ to_step(wheels).T
+
+
+def to_step(wheels):
+    """3 x n: a packet's motion in base_link by its counts, formulas (8)-(11)."""
+    return Kinematics(wheels).inverse * np.array(wheels.metres_per_edge)

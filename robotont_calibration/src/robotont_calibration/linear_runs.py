@@ -10,9 +10,9 @@ import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve, solve_triangular
 from scipy.optimize import minimize
 
+from robotont_calibration.calibration_runs import to_step
 from robotont_calibration.trajectory import seen_from
 from robotont_driver.kinematics import se2
-from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import READING_VARIANCE, variance_per_edge
 
@@ -43,21 +43,16 @@ class LinearRun(NamedTuple):
 
 def linear_runs(free, values, runs):
     """`LinearRun` of each `Run` at `values` of the `FreeParameters`."""
-    wheels, point = read_wheels(free.parameters(values)), free.point(values)
-    to_step = _to_step(free, values)
-    by_value = np.array([(_to_step(free, values + step) - _to_step(free, values - step)) / (2 * STEP)
+    def wheels(step=0.0):
+        return read_wheels(free.parameters(values + step))
+    by_value = np.array([(to_step(wheels(step)) - to_step(wheels(-step))) / (2 * STEP)
                          for step in STEP * np.eye(len(values))])  # P x 3 x n
-    return [_linear(run, wheels, to_step, by_value, np.array(point), "point x" in free.names) for run in runs]
+    return [_linear(run, wheels(), by_value, np.array(free.point(values)), "point x" in free.names) for run in runs]
 
 
-def _to_step(free, values):
-    """3 x n: a packet's motion in base_link by its counts, formulas (8)-(11)."""
-    wheels = read_wheels(free.parameters(values))
-    return Kinematics(wheels).inverse * np.array(wheels.metres_per_edge)
-
-
-def _linear(run, wheels, to_step, by_value, point, looked_for):
-    poses = np.vstack([np.zeros(3), se2.path(run.counts @ to_step.T)])
+def _linear(run, wheels, by_value, point, looked_for):
+    steps = to_step(wheels)
+    poses = np.vstack([np.zeros(3), se2.path(run.counts @ steps.T)])
     variances = np.abs(run.counts) * variance_per_edge(1.0, wheels.metres_per_edge)  # [edges^2]
     stretches, marks, left, slopes, wandering = len(run.stretches), len(run.marks), [], [], []
     by_pose = np.zeros((stretches, 3, marks, 3))              # misfits by the errors of the measured poses ...
@@ -74,7 +69,7 @@ def _linear(run, wheels, to_step, by_value, point, looked_for):
         if looked_for:
             by_values[:2, -2:] = swing
         slopes.append(by_values)
-        by_wheel = np.dot(by_step, to_step)  # K x 3 x n
+        by_wheel = np.dot(by_step, steps)  # K x 3 x n
         wandering.append(np.tensordot(by_wheel * variances[begin:end, None, :], by_wheel, axes=((0, 2), (0, 2))))
         cos, sin = math.cos(run.poses[first, 2]), math.sin(run.poses[first, 2])
         by_end = np.array(((cos, sin, 0.0), (-sin, cos, 0.0), (0.0, 0.0, 1.0)))

@@ -16,7 +16,6 @@ from robotont_calibration.arguments import coordinates, positive
 from robotont_calibration.recordings import RecordingError, read_recording
 from robotont_calibration.trajectory import Trajectory, seen_from, synchronise
 from robotont_driver.kinematics import se2
-from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.robots.robot_folder import read_wheel_file
 
 BLUE, GREY = "#2f6db3", "#a5abb3"  # odometry, ground truth
@@ -50,7 +49,7 @@ def compared(recording, options):
     point = options.point or (0.0, 0.0)
     if options.wheel_params:
         wheels, given, _ = read_wheel_file(options.wheel_params)
-        estimate, point = recording.recomputed(Kinematics(wheels)), options.point or given.get("measuredPoint", point)
+        estimate, point = recording.recomputed(wheels), options.point or given.get("measuredPoint", point)
     else:
         estimate = recording.trajectory("odometry")
         if estimate is None:

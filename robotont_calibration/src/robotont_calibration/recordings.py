@@ -6,16 +6,15 @@ from pathlib import Path
 import numpy as np
 import rosbag
 
+from robotont_calibration.calibration_runs import steps_of
 from robotont_calibration.trajectory import Trajectory
 from robotont_driver.kinematics import se2
 from robotont_driver.odometry.odometry_stamps import SECOND, OdometryStamps
 from robotont_driver.protocol.plain import parse_packet
 from robotont_driver.protocol.protocol import LONGEST_LINE, PacketError
 
+PACKETS = ("std_msgs/String",)  # types of messages
 POSES = ("nav_msgs/Odometry", "geometry_msgs/PoseStamped", "geometry_msgs/PoseWithCovarianceStamped")
-TYPES = {  # of the messages on each kind of topic
-    "packets": ("std_msgs/String",), "odometry": POSES, "truth": POSES,
-}
 
 
 class RecordingError(ValueError):
@@ -66,11 +65,10 @@ class Recording:
         arrivals, counts = map(np.array, zip(*self.packets))
         return stamps_of(arrivals, 1.0 / wheels.pid_frequency), counts
 
-    def recomputed(self, kinematics):
-        """`Trajectory` of the odometry that these packets make with other parameters, from the origin."""
-        times, counts = self.counts(kinematics.wheels)
-        steps = kinematics.inverse @ (counts * np.array(kinematics.wheels.metres_per_edge)).T
-        return Trajectory(times, se2.path(steps.T))
+    def recomputed(self, wheels):
+        """`Trajectory` of the odometry that these packets make with other `Wheels`, from the origin."""
+        times, counts = self.counts(wheels)
+        return Trajectory(times, se2.path(steps_of(wheels, counts)))
 
 
 def stamps_of(arrivals, period):
@@ -99,9 +97,9 @@ def read_recording(path, topics):
             if topics.get("truth") and "truth" not in wanted.values():
                 raise RecordingError(f"{path}: found no topic {topics['truth']}; there are: {', '.join(sorted(found))}")
             for topic, kind in wanted.items():
-                if found[topic].msg_type not in TYPES[kind]:
-                    raise RecordingError(f"{path}: {topic}: found {found[topic].msg_type}, "
-                                         f"allowed: {', '.join(TYPES[kind])}")
+                types = PACKETS if kind == "packets" else POSES
+                if found[topic].msg_type not in types:
+                    raise RecordingError(f"{path}: {topic}: found {found[topic].msg_type}, allowed: {', '.join(types)}")
             if not wanted:
                 raise RecordingError(f"{path}: found none of {', '.join(sorted(kinds))}; there are: "
                                      f"{', '.join(sorted(found)) or 'no topics'}")
@@ -126,4 +124,3 @@ def _refuse_second(path, topic, sources, header):
     if sources.setdefault(topic, name) != name:
         raise RecordingError(f"{path}: {topic}: found two nodes that publish it, {sources[topic]} and {name}, allowed: "
                              "one")
-

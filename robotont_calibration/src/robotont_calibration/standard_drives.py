@@ -8,49 +8,32 @@ import math
 
 SPEED = 0.3      # [m/s]
 TURNING = 0.8    # [rad/s]
-PAUSE = 0.6      # [s] after each part, in which the robot comes to rest
+PAUSE = 0.6      # [s] after each leg, in which the robot comes to rest
 REST = (0.0, 0.0, 0.0)
 
 
-def square(side, frequency, clockwise=False):
-    """The UMBmark's square: four sides [m], driven forwards, and a quarter turn on the spot behind each."""
-    turn = -1.0 if clockwise else 1.0
-    for _ in range(4):
-        yield from part((SPEED, 0.0, 0.0), side / SPEED, frequency)
-        yield from part((0.0, 0.0, turn * TURNING), math.pi / 2 / TURNING, frequency)
-
-
-def spin(turns, frequency):
-    """`turns` on the spot, counterclockwise; negative: clockwise."""
-    yield from part((0.0, 0.0, math.copysign(TURNING, turns)), abs(turns) * 2 * math.pi / TURNING, frequency)
-
-
-def sideways(distance, frequency):
-    """A line to the left [m]; negative: to the right."""
-    yield from part((0.0, math.copysign(SPEED, distance), 0.0), abs(distance) / SPEED, frequency)
-
-
-def part(twist, seconds, frequency):
-    """A twist for a time in whole periods, slowed down so that the way is exact, then a pause."""
-    periods = math.ceil(seconds * frequency)
-    slower = seconds * frequency / periods if periods else 0.0
-    for _ in range(periods):
-        yield tuple(speed * slower for speed in twist)
-    for _ in range(round(PAUSE * frequency)):
-        yield REST
+def driven(legs, frequency):
+    """Twists of legs: (x [m], y [m], 0) or a turn (0, 0, [rad]); each exact, in whole periods, with a pause behind."""
+    for x, y, turn in legs:
+        periods = math.ceil(max(math.hypot(x, y) / SPEED, abs(turn) / TURNING) * frequency)
+        for _ in range(periods):
+            yield x * frequency / periods, y * frequency / periods, turn * frequency / periods
+        for _ in range(round(PAUSE * frequency)):
+            yield REST
 
 
 def calibration_drives(frequency, side=2.0, turns=3.25, line=3.0):
     """(name, description, required space, twists at a `frequency` [Hz]) of each drive that a calibration wants.
 
-    side, line: [m].
+    side, line: [m]. The squares are UMBmark's: driven forwards, a quarter turn on the spot behind each side.
     """
     free = f"{side + 0.5:g} m x {side + 0.5:g} m of free floor, in front and to the "
-    return [
-        ("square", f"a square of {side:g} m, counterclockwise", free + "left", square(side, frequency)),
-        ("square_clockwise", f"a square of {side:g} m, clockwise", free + "right", square(side, frequency, True)),
-        ("spin", f"{turns:g} turns on the spot, counterclockwise", "the room it takes", spin(turns, frequency)),
-        ("spin_clockwise", f"{turns:g} turns on the spot, clockwise", "the same", spin(-turns, frequency)),
-        ("line_left", f"{line:g} m sideways to the left", f"{line + 0.5:g} m of free floor", sideways(line, frequency)),
-        ("line_right", f"{line:g} m sideways to the right", "the same, on the other side", sideways(-line, frequency)),
-    ]
+    ahead, quarter, spin = (side, 0.0, 0.0), math.pi / 2, 2 * math.pi * turns
+    return [(name, what, room, driven(legs, frequency)) for name, what, room, legs in (
+        ("square", f"a square of {side:g} m, counterclockwise", free + "left", 4 * [ahead, (0.0, 0.0, quarter)]),
+        ("square_clockwise", f"a square of {side:g} m, clockwise", free + "right", 4 * [ahead, (0.0, 0.0, -quarter)]),
+        ("spin", f"{turns:g} turns on the spot, counterclockwise", "the room it takes", [(0.0, 0.0, spin)]),
+        ("spin_clockwise", f"{turns:g} turns on the spot, clockwise", "the same", [(0.0, 0.0, -spin)]),
+        ("line_left", f"{line:g} m sideways to the left", f"{line + 0.5:g} m of free floor", [(0.0, line, 0.0)]),
+        ("line_right", f"{line:g} m sideways to the right", "the same, on the other side", [(0.0, -line, 0.0)]),
+    )]

@@ -9,11 +9,10 @@ import math
 import sys
 import time
 
-from robotont_calibration.bring_up import QUESTIONS, BringUp, BringUpError, bring_up
+from robotont_calibration.bring_up import QUESTIONS, bring_up
 from robotont_driver.link.serial_port import explain, heard, opened, usb_id
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.protocol.connection import Connection
-from robotont_driver.protocol.protocol import ProtocolError
 from robotont_driver.robots.robot_folder import read_robot
 
 STEP = 30  # [degrees] of a wheel between two lines
@@ -60,38 +59,34 @@ class TurnedWheels:
                 f"{self._degrees()[wheel]:+.0f} degrees in all")
 
 
-def watch(port, connection, turned, seconds):
-    """Print what the wheels do for a time [s]. Raises OSError."""
-    for data in heard(port, 115200, seconds):
-        for packet in connection.feed(data, time.monotonic()):
-            for text in turned.add(packet):
-                show(text)
-
-
-def try_motors(line, wheels):
-    """Drive one motor after another; whether all are right."""
-    tried = BringUp(line, wheels)
-    tried.prepare()
-    return bring_up(tried, wheels, show)
+def watch(port, wheels, connection, seconds):
+    """Print what the wheels do for a time [s], and what follows from it. Raises OSError; ValueError without packets."""
+    turned = TurnedWheels(wheels)
+    forward = [wheel for wheel, lever in enumerate(wheels.levers) if lever * wheels.levers[0] > 0]
+    which = "all its wheels" if len(forward) == wheels.amount else f"wheels {', '.join(map(str, forward))} alone"
+    show("Turn each wheel by hand, or the whole robot on the floor: turned "
+         f"{ROTATION[math.copysign(1, wheels.levers[0])]}, {which} must count forward. Ctrl-C ends it.")
+    try:
+        for data in heard(port, 115200, seconds):
+            for packet in connection.feed(data, time.monotonic()):
+                for text in turned.add(packet):
+                    show(text)
+    except KeyboardInterrupt:
+        print()
+    if connection.obstacle or not (connection.protocol and connection.protocol.packets):
+        raise ValueError(connection.obstacle or connection.complaint or "no packets came")
+    print(turned.verdict)
 
 
 def drive(port, wheels):
-    """Ask, then try the motors of the board at the port; the exit status."""
+    """Ask, then try the motors of the board at the port; whether all are right. Raises as `bring_up`."""
     try:
         input(QUESTIONS)
-        with opened(port, 115200, 0.02) as line:
-            return 0 if try_motors(line, wheels) else 1
     except EOFError:
-        error = "nothing was driven: a terminal is needed to ask whether the wheels are in the air"
-    except KeyboardInterrupt:
-        print()
-        return 130
-    except BringUpError as found:
-        error = str(found)
-    except OSError as found:
-        error = explain(port, found)
-    print(f"turned_wheels: {error}", file=sys.stderr)
-    return 1
+        words = "nothing was driven: a terminal is needed to ask whether the wheels are in the air"
+        raise ValueError(words) from None
+    with opened(port, 115200, 0.02) as line:
+        return bring_up(line, wheels, show)
 
 
 def main(arguments=None):
@@ -103,30 +98,22 @@ def main(arguments=None):
     parser.add_argument("--robot", default="", metavar="NAME or FOLDER", help="[thesis]")
     options = parser.parse_args(arguments)
     try:
-        found = read_robot(options.robot)
-        wheels = found.wheels
-        connection = Connection(wheels, found.packets, usb_id=usb_id(options.port), now=time.monotonic())
-    except (ProtocolError, ValueError, OSError) as error:
+        robot = read_robot(options.robot)
+        connection = Connection(robot.wheels, robot.packets, usb_id=usb_id(options.port), now=time.monotonic())
+    except (ValueError, OSError) as error:
         print(f"turned_wheels: {error}", file=sys.stderr)
         return 1
-    if options.bring_up:
-        return drive(options.port, wheels)
-    turned = TurnedWheels(wheels)
     try:
-        forward = [wheel for wheel, lever in enumerate(wheels.levers) if lever * wheels.levers[0] > 0]
-        which = "all its wheels" if len(forward) == wheels.amount else f"wheels {', '.join(map(str, forward))} alone"
-        show("Turn each wheel by hand, or the whole robot on the floor: turned "
-             f"{ROTATION[math.copysign(1, wheels.levers[0])]}, {which} must count forward. Ctrl-C ends it.")
-        try:
-            watch(options.port, connection, turned, options.seconds)
-        except KeyboardInterrupt:
-            print()
-    except (OSError, ValueError) as error:
-        print(f"turned_wheels: {explain(options.port, error)}", file=sys.stderr)
-        return 1
-    if connection.obstacle or not (connection.protocol and connection.protocol.packets):
-        words = connection.obstacle or connection.complaint or "no packets came"
-        print(f"turned_wheels: {words}", file=sys.stderr)
-        return 1
-    print(turned.verdict)
-    return 0
+        if options.bring_up:
+            return 0 if drive(options.port, robot.wheels) else 1
+        watch(options.port, robot.wheels, connection, options.seconds)
+        return 0
+    except KeyboardInterrupt:
+        print()
+        return 130
+    except ValueError as error:
+        words = str(error)
+    except OSError as error:
+        words = explain(options.port, error)
+    print(f"turned_wheels: {words}", file=sys.stderr)
+    return 1

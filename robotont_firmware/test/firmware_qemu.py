@@ -12,7 +12,9 @@ import threading
 from pathlib import Path
 
 import pytest
-from firmware_tools import DUAL, GOLDEN, PACKAGE, ROOT, SRC, tool
+from firmware_tools import DUAL, GOLDEN, ROOT, SRC, tool
+
+from robotont_flash.copying import TEXT
 
 ELF = Path(os.environ.get("ROBOTONT_QEMU_MICROPYTHON", str(ROOT / ".build" / "micropython-qemu" / "firmware.elf")))
 MISSING = "needs qemu-system-arm and MicroPython's qemu port at .build/micropython-qemu (docs/firmware.md)"
@@ -27,10 +29,12 @@ def make_rom(folder, programs=()):
     for source, target in ((SRC / "robotont_firmware", "src/robotont_firmware"), (DUAL, "dual")):
         (rom / target).mkdir(parents=True)
         for path in source.glob("*.py"):
-            compile_file(path, rom / target / (path.stem + ".mpy"))
+            if path.name in TEXT:
+                shutil.copy(str(path), str(rom / target))
+            else:
+                compile_file(path, rom / target / (path.stem + ".mpy"))
     for path in programs:
         compile_file(path, rom / "dual" / (path.stem + ".mpy"))
-    shutil.copytree(str(PACKAGE / "root"), str(rom / "root"))
     shutil.copy(str(GOLDEN), str(rom / "golden.json"))
     image = Path(folder) / "rom.img"
     subprocess.run([tool("mpremote"), "romfs", "--no-mpy", "--output", str(image), "build", str(rom)],

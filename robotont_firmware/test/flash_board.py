@@ -31,7 +31,7 @@ class Board:
         self.new_profile, self.new_version = "ours", VERSION
         self.load, self.missed, self.totals = 49, False, ":0000:0000:0000"
         self.ticks = self.spoilt = 0
-        self.machine = "NUCLEO-L476RG with STM32L476RG (1, 24, 1, '') 7942"
+        self.machine = "NUCLEO-L476RG with STM32L476RG with MicroPython 1.24.1 for files 7942\n"
         self.banner = f"robotont_firmware {VERSION} wheels 3 reset button"
         self.waiting = self.received = b""
         self.steps, self.fails = [], None

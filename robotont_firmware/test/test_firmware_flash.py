@@ -15,6 +15,7 @@ from robotont_flash import board_check, copying, program
 from robotont_flash.board_check import FlashError
 
 OWN = b"0:0:0;00:0000:0000:0000:030000000:FBCF\n"
+MINE = "from robotont_firmware.pin_profile import *\nPROFILE = 'mine'\n"
 UNTOUCHED = "Nothing was written: the board has what it had.\n"
 
 
@@ -60,27 +61,19 @@ def test_what_a_board_sends_tells_its_firmware(board, sent, words):
     assert board.received == (board_check.ASK if b"0:0:0;00" in sent else b"")
 
 
-@pytest.mark.parametrize(("sent", "usb", "arguments", "wrong", "words"), [
-    (b"**** MAIN ****\r\n", "", "--profile ours", {}, ["needs no flashing"]),
-    (b"Hello, world\r\n", "", "--profile ours", {}, ["of no known protocol", "safe mode"]),
-    (b"", "0483:5740", "--profile ours", {}, ["generation 3"]),
-    (b"", "2e8a:0005", "--profile ours", {}, ["no ST-Link"]),  # a Pico
-    (b"", "", "", {}, ["--profile", "FOUR ENCODER WIRES MOVED"]),  # it reports no profile
-    (b"", "", "--profile theirs", {}, ["--profile", "FOUR ENCODER WIRES MOVED"]),
-    (OWN, "", "--profile ours", {}, ["Wiring profile ours", "PB6, PB7", "the board has the profile robotont21 now",
-                                     "--yes"]),
-    (b"", "", "--yes --profile ours", {"MAX_SPEDE": 90}, ["profile ours: MAX_SPEDE is missing, or not known"]),
-    (b"", "", "--yes --profile ours", {"without": "FAULTS"}, ["profile ours: FAULTS is missing, or not known"]),
-    (b"", "", "--yes --profile ours", {"TICK_TIMER": 4},
-     ["profile ours: config.TICK_TIMER: found 4, allowed: a timer of its own"])])  # fmt: skip
+@pytest.mark.parametrize(("sent", "usb", "arguments", "words"), [
+    (b"**** MAIN ****\r\n", "", "--profile ours", ["needs no flashing"]),
+    (b"Hello, world\r\n", "", "--profile ours", ["of no known protocol", "safe mode"]),
+    (b"", "0483:5740", "--profile ours", ["generation 3"]),
+    (b"", "2e8a:0005", "--profile ours", ["no ST-Link"]),  # a Pico
+    (b"", "", "", ["--profile", "FOUR ENCODER WIRES MOVED"]),  # it reports no profile
+    (b"", "", "--profile theirs", ["--profile", "FOUR ENCODER WIRES MOVED"]),
+    (OWN, "", "--profile ours", ["Wiring profile ours", "PB6, PB7", "the board has the profile robotont21 now",
+                                     "--yes"])])  # fmt: skip
 @pytest.mark.parametrize("answer", ["", "robotont21\n"])  # without a terminal, and a wrong one
 def test_what_must_not_be_flashed_is_refused_and_nothing_written(board, flash, monkeypatch, sent, usb, arguments,
-                                                                 wrong, words, answer):
+                                                                 words, answer):
     board.waiting, board.profile = sent, "robotont21" if sent == OWN else ""
-    known = program.profiles(program.folders()[0])
-    known["ours"].update(wrong)
-    known["ours"].pop(known["ours"].pop("without", ""), None)
-    monkeypatch.setattr(program, "profiles", lambda package: known)
     monkeypatch.setattr(board_check, "usb_id", lambda port: usb)
     monkeypatch.setattr("sys.stdin", io.StringIO(answer))
     status, shown, message = flash(arguments)
@@ -111,17 +104,22 @@ def test_a_profile_is_checked_without_a_board(flash, monkeypatch, arguments, sta
     ("PROFILE = (", ["profile mine: cannot be read: SyntaxError"]),
     ("from robotont_firmware.pin_profile_four import *", ["PROFILE: found 'four', allowed: 'mine'"]),
     ("PROFILE = 'mine'", ["profile mine: ", " is missing, or not known"]),
+    (MINE + "MAX_SPEDE = 90", ["profile mine: MAX_SPEDE is missing, or not known"]),
+    (MINE + "del FAULTS", ["profile mine: FAULTS is missing, or not known"]),
+    (MINE + "TICK_TIMER = 4", ["profile mine: config.TICK_TIMER: found 4, allowed: a timer of its own"]),
+    (MINE + "PWM = (4, 5, 6)", ["profile mine: config.PWM: found (4, 5, 6)"]),
 ])
-def test_a_bad_file_of_a_profile_spoils_no_other(flash, monkeypatch, tmp_path, text, words):
+def test_a_bad_file_of_a_profile_spoils_no_other(board, flash, monkeypatch, tmp_path, text, words):
     package = tmp_path / "robotont_firmware"
-    shutil.copytree(str(program.folders()[0]), str(package))
+    shutil.copytree(str(program.PACKAGE), str(package))
     (package / "pin_profile_mine.py").write_text(text)
-    root = program.folders()[1]
-    monkeypatch.setattr(program, "folders", lambda: (package, root))
-    status, shown, message = flash("--profile mine")
+    monkeypatch.setattr(program, "PACKAGE", package)
+    status, shown, message = flash("--yes --profile mine")
     assert status == 1
     assert all(word in shown + message for word in words)
     assert message.endswith(UNTOUCHED)
+    assert not board.steps
+    assert "\n  mine " in flash("--check --profile theirs")[2]
     assert flash("--check --profile four")[0] == 0
 
 
@@ -142,9 +140,9 @@ def test_our_own_firmware_keeps_its_profile_and_boot_gets_its_pins(board, flash)
 def new_files(folder):
     """What the board has when it was flashed with the profile ours."""
     folder.mkdir()
-    package, root = program.folders()
+    _, ours = program.choose_profile(program.PACKAGE, "ours")
     return {("" if path.suffix == ".py" else "robotont_firmware/") + path.name: path.read_bytes()
-            for path in copying.stage(package, root, program.profiles(package)["ours"], folder)}  # fmt: skip
+            for path in copying.stage(program.PACKAGE, ours, folder)}  # fmt: skip
 
 
 def test_flashes_everything_and_tests_the_board(board, flash, monkeypatch, tmp_path):
@@ -171,9 +169,11 @@ def test_flashes_everything_and_tests_the_board(board, flash, monkeypatch, tmp_p
     ({"new_version": "1.0.0"}, "should have firmware", program.NEW, False),
     ({"new_profile": "vnh"}, "should have firmware", program.NEW, False),
     ({"packets": lambda: b"x\n"}, "0 packets came", program.NEW, False),
-    *(({"machine": machine}, machine.split(" (")[0], program.STOPPED, True) for machine in (
-        "Raspberry Pi Pico with RP2040 (1, 24, 0, '') 4870", "NUCLEO-F446RE with STM32F446xx (1, 24, 0, '') 7942",
-        "NUCLEO-L476RG with STM32L476RG (1, 19, 1) 7942", "NUCLEO-L476RG with STM32L476RG (1, 40, 0, '') 7943",
+    *(({"machine": machine}, machine, program.STOPPED, True) for machine in (
+        "Raspberry Pi Pico with RP2040 with MicroPython 1.24.0 for files 4870",
+        "NUCLEO-F446RE with STM32F446xx with MicroPython 1.24.0 for files 7942",
+        "NUCLEO-L476RG with STM32L476RG with MicroPython 1.19.1 for files 7430",
+        "NUCLEO-L476RG with STM32L476RG with MicroPython 1.40.0 for files 7943",
         "what is that"))])  # fmt: skip
 def test_what_fails_ends_with_words_about_what_the_board_has(board, flash, change, words, last, kept):
     vars(board).update(change)
@@ -206,8 +206,7 @@ for name in ("remove", "rename", "rmdir", "mkdir"):
 
 def flash_until(cut, there, staged):
     """Whether both programs ran to their end before as many steps were done."""
-    sizes = {path.name: path.stat().st_size for path in staged}
-    for code in (copying.PREPARE, copying.EXCHANGE.format(sizes=sizes, ours=copying.OURS)):
+    for code in (copying.PREPARE, copying.exchange_program(staged)):
         code = code.replace("import os", "")  # noqa: PLW2901
         output = run_on_the_board(f"{CUT.format(cut)}{code}\nprint(left)", there.files).strip()
         assert "Error" not in output
@@ -228,7 +227,7 @@ def test_wherever_it_is_cut_the_board_has_the_old_firmware_or_the_new_one_or_non
         there = Board(tmp_path / f"board{cut}")
         whole = flash_until(cut, there, staged)
         found = {name: data for name, data in there.content().items()
-                 if not name.startswith(("robotont_new/", "main.new"))}  # fmt: skip
+                 if not name.startswith("robotont_new/")}
         seen.append("none" if "main.py" not in found else "old" if found == there.old else "new")
         assert seen[-1] != "new" or found == new, (cut, found.keys())
         assert "boot.py" in found
@@ -261,7 +260,7 @@ def test_mpremote_that_fails_is_explained(tmp_path, monkeypatch, program, words)
     fake.write_text(f"#!/bin/sh\n{program}\n")
     fake.chmod(0o755)
     monkeypatch.setattr(sys, "executable", str(tmp_path / "python3"))
-    monkeypatch.setattr(copying, "STEP_TIME", {"exec": 0.5})
+    monkeypatch.setattr(copying, "STEP_TIME", 0.5)
     with pytest.raises(FlashError, match=words):
         copying.mpremote("/dev/ttyACM0", "exec", "")
 
@@ -298,16 +297,7 @@ def test_reports_what_does_not_compile(tmp_path):
 def test_a_file_that_is_not_whole_exchanges_nothing(board, tmp_path):
     (board.files / "robotont_new").mkdir()
     (board.files / "robotont_new" / "wheel_speed.mpy").write_bytes(b"M")
-    output = run_on_the_board(copying.EXCHANGE.format(sizes={"wheel_speed.mpy": 2}, ours=copying.OURS), board.files)
+    (tmp_path / "wheel_speed.mpy").write_bytes(b"M\x06")
+    output = run_on_the_board(copying.exchange_program([tmp_path / "wheel_speed.mpy"]), board.files)
     assert "wheel_speed.mpy is not whole" in output
     assert {**board.old, "robotont_new/wheel_speed.mpy": b"M"} == board.content()
-
-
-def test_finds_its_files_when_installed(tmp_path, monkeypatch):
-    share = tmp_path / "share" / "robotont_firmware" / "root"
-    share.mkdir(parents=True)
-    (share / "boot.py").touch()
-    package = tmp_path / "lib" / "python3" / "dist-packages" / "robotont_firmware"
-    package.mkdir(parents=True)
-    monkeypatch.setattr(program.check_pin_profile, "__file__", str(package / "check_pin_profile.py"))
-    assert program.folders() == (package, share)

@@ -2,8 +2,8 @@
 
 Everything is copied into a folder of its own first; until all is there, the board keeps what it has. The exchange
 is one program that runs on the board: it takes main.py away, without which nothing drives a motor, then moves the
-new files to their places, and main.py last. So wherever it is cut the board has the old firmware, the new one, or
-none that runs, and never parts of both.
+new files to their places (renaming replaces a file), and main.py last. So wherever it is cut the board has the old
+firmware, the new one, or none that runs, and never parts of both.
 """
 
 import os
@@ -11,41 +11,39 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 from robotont_flash.board_check import FlashError
 
-MACHINE, OLDEST = "NUCLEO-L476RG", (1, 24)  # board, and version of MicroPython
+MACHINE = "NUCLEO-L476RG"
 ARCHITECTURE = "armv7emsp"  # of its processor
-STEP_TIME = {"exec": 20, "fs": 60, "reset": 20}  # [s] of mpremote; all files take about 10 s
+TEXT = ("boot.py", "main.py")  # MicroPython starts these two as text only, and in the root
+STEP_TIME = 60  # [s] of mpremote; all files take about 10 s
 OTHER_BOARD = """\
-{port} is "{machine}" with MicroPython {version} (files {mpy}); this firmware is for a {wanted} with {oldest} or newer
-(files {made}; ./robotont flash brings their compiler). The program that may have run on it starts again now."""
+{port} is "{found}"; this firmware is for a {machine} with MicroPython 1.24 or newer (for files {made}; ./robotont
+flash brings their compiler). The program that may have run on it starts again now."""
 NO_MICROPYTHON = """\
 No MicroPython answers on {port}. A board that was never flashed: see docs/firmware.md, "Flash it".
 A program that does not answer: hold USER, press and release RESET, let USER go when the green LED has blinked
 twice (safe mode; three blinks would erase the files), and run this again."""
 WHO = """
 import os, sys
-print(os.uname().machine, sys.implementation.version, getattr(sys.implementation, "_mpy", 0))
+mpy = getattr(sys.implementation, "_mpy", 0) & 0xFFFF
+print(os.uname().machine, "with MicroPython", os.uname().release, "for files", mpy)
 """
-_REMOVE = """
+_EMPTY = """
 import os
-def remove(name):
-    if name in os.listdir():
-        for file in os.listdir(name):
-            os.remove(name + "/" + file)
-        os.rmdir(name)
+def empty(folder):
+    if folder not in os.listdir():
+        os.mkdir(folder)
+    for file in os.listdir(folder):
+        os.remove(folder + "/" + file)
 """
-PREPARE = _REMOVE + """
-remove("robotont_new")
-os.mkdir("robotont_new")
-"""
-# An owner's own boot.py and main.py stay, under another name: ours begin so since ever. Renaming replaces a file.
+PREPARE = _EMPTY + 'empty("robotont_new")'
+# An owner's own boot.py and main.py stay, under another name: ours begin so since ever.
 OURS = {"boot.py": b'"""First thing after a reset: motors off, whatever comes next.',
         "main.py": b'"""Starts the firmware, or leaves the REPL free in safe mode'}
-EXCHANGE = _REMOVE + """
+_EXCHANGE = _EMPTY + """
 for name, size in {sizes}.items():
     if os.stat("robotont_new/" + name)[6] != size:
         raise OSError(name + " is not whole")
@@ -55,14 +53,16 @@ for name, begin in {ours}.items():
         while kept in os.listdir():
             kept += ".kept"
         os.rename(name, kept)
-        print("kept", name, kept)
+        print("The board's own", name, "stays, as", kept)
 if "main.py" in os.listdir():
     os.remove("main.py")
+empty("robotont_firmware")
+for name in os.listdir("robotont_new"):
+    if name.endswith(".mpy"):
+        os.rename("robotont_new/" + name, "robotont_firmware/" + name)
 os.rename("robotont_new/boot.py", "boot.py")
-os.rename("robotont_new/main.py", "main.new")
-remove("robotont_firmware")
-os.rename("robotont_new", "robotont_firmware")
-os.rename("main.new", "main.py")
+os.rename("robotont_new/main.py", "main.py")
+os.rmdir("robotont_new")
 getattr(os, "sync", int)()
 """
 
@@ -76,23 +76,22 @@ def run(name, *arguments, seconds=60):
                           check=False, timeout=seconds)  # fmt: skip
 
 
-def stage(package, root, wiring, folder):
-    """Put the board's files into a folder, those of the package compiled; return their list. wiring: the profile."""
+def stage(package, wiring, folder):
+    """Put the board's files into a folder, all but TEXT compiled; return their list. wiring: the profile."""
     folder = Path(folder)
     for path in package.glob("*.py"):
-        if not path.name.startswith("pin_profile"):
+        if path.name in TEXT:
+            shutil.copy(str(path), str(folder))
+        elif not path.name.startswith("pin_profile"):
             compile_file(path, folder / (path.stem + ".mpy"))
-    with tempfile.TemporaryDirectory() as aside:
-        profile = Path(aside, "pin_profile.py")
-        profile.write_text("".join(f"{name} = {value!r}\n" for name, value in wiring.items()), encoding="utf-8")
-        compile_file(profile, folder / "pin_profile.mpy")
-        pins = tuple([pwm[0] for pwm in wiring["PWM"]] + [pin for pair in wiring["DIRECTIONS"] for pin in pair])
-        boot = (root / "boot.py").read_text(encoding="utf-8")
-        boot = re.sub(r"^MOTOR_PINS = .*$", f"MOTOR_PINS = {pins!r}", boot, flags=re.MULTILINE)
-        (folder / "boot.py").write_text(boot, encoding="utf-8")
-        shutil.copy(str(root / "main.py"), str(folder))
-        for name in ("boot.py", "main.py"):  # MicroPython starts these two as text only
-            compile_file(folder / name, Path(aside, "out.mpy"))
+    profile = folder / "pin_profile.py"
+    profile.write_text("".join(f"{name} = {value!r}\n" for name, value in wiring.items()), encoding="utf-8")
+    compile_file(profile, profile.with_suffix(".mpy"))
+    profile.unlink()
+    pins = tuple([pwm[0] for pwm in wiring["PWM"]] + [pin for pair in wiring["DIRECTIONS"] for pin in pair])
+    boot = folder / "boot.py"
+    text = re.sub("^MOTOR_PINS = .*", f"MOTOR_PINS = {pins!r}", boot.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    boot.write_text(text, encoding="utf-8")
     return sorted(folder.iterdir())
 
 
@@ -105,16 +104,15 @@ def compile_file(path, target):
 
 def mpremote(port, *arguments):
     """Run mpremote on the port; FlashError when no MicroPython answers, a command fails or takes too long."""
-    what, seconds = arguments[0], STEP_TIME[arguments[0]]
     try:
-        ended = run("mpremote", "connect", port, *arguments, seconds=seconds)
+        ended = run("mpremote", "connect", port, *arguments, seconds=STEP_TIME)
     except subprocess.TimeoutExpired:
-        raise FlashError(f"mpremote {what} on {port} did not end within {seconds} s.") from None
+        raise FlashError(f"mpremote {arguments[0]} on {port} did not end within {STEP_TIME} s.") from None
     if ended.returncode != 0:
         if "could not enter raw repl" in ended.stdout:
             raise FlashError(NO_MICROPYTHON.format(port=port))
-        last = ([line.strip() for line in ended.stdout.splitlines() if line.strip()] or ["no reason given"])[-1]
-        raise FlashError(f"mpremote {what} on {port} failed: {last}")
+        last = ended.stdout.strip().rpartition("\n")[2] or "no reason given"
+        raise FlashError(f"mpremote {arguments[0]} on {port} failed: {last}")
     return ended.stdout
 
 
@@ -124,15 +122,10 @@ def identify(port, files):
     What it says of its files is the second and third byte of each: version, processor and sub-version.
     """
     made = max(int.from_bytes(path.read_bytes()[1:3], "little") for path in files if path.suffix == ".mpy")
-    answer = mpremote(port, "exec", WHO).strip()
-    match = re.search(r"^(.*?) \((\d+), (\d+).*\) (\d+)$", answer, flags=re.MULTILINE)
-    machine, *numbers = match.groups() if match else (answer, 0, 0, 0)
-    major, minor, mpy = map(int, numbers)
-    if not machine.startswith(MACHINE) or (major, minor) < OLDEST or mpy & 0xFFFF != made:
+    found = mpremote(port, "exec", WHO).strip()
+    if not (found.startswith(MACHINE) and found.endswith(f"for files {made}")):
         mpremote(port, "reset")
-        raise FlashError(OTHER_BOARD.format(
-            port=port, machine=machine, version=f"{major}.{minor}", mpy=mpy, wanted=MACHINE, made=made,
-            oldest=".".join(map(str, OLDEST))))  # fmt: skip
+        raise FlashError(OTHER_BOARD.format(port=port, found=found, machine=MACHINE, made=made))
 
 
 def copy(port, files):
@@ -143,7 +136,9 @@ def copy(port, files):
 
 def exchange(port, files):
     """Put the copied files into their places."""
-    sizes = {path.name: path.stat().st_size for path in files}
-    for line in mpremote(port, "exec", EXCHANGE.format(sizes=sizes, ours=OURS)).splitlines():
-        if line.startswith("kept"):
-            print("The board's own {} stays, as {}.".format(*line.split()[1:]))
+    print(mpremote(port, "exec", exchange_program(files)), end="")
+
+
+def exchange_program(files):
+    """The program that does it on the board."""
+    return _EXCHANGE.format(sizes={path.name: path.stat().st_size for path in files}, ours=OURS)

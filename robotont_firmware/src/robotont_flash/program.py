@@ -3,6 +3,7 @@
 A Robotont as it was built needs no flashing, and must not get it: the driver supports its official firmware.
 """
 
+import re
 import runpy
 import sys
 import tempfile
@@ -12,11 +13,12 @@ from types import SimpleNamespace
 from robotont_driver.link.serial_port import explain
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
+from robotont_firmware import __version__ as new
 from robotont_firmware import check_pin_profile
 from robotont_flash import board_check, copying
 from robotont_flash.board_check import FlashError
 
-BROKEN = "cannot be read"  # begins the description of such a profile
+PACKAGE = Path(check_pin_profile.__file__).resolve().parent
 NEAR = 0.02  # part by which a profile's number may differ from the robot's
 USUAL = 0.75  # inertia in mass times the wheels' distance squared: the thesis' robot has 0.77, four_wheels 0.73
 
@@ -28,45 +30,37 @@ EXCHANGING = ("The board has the old firmware, or the new one, or none that runs
 NEW = "The new firmware is on the board, whole."
 
 
-def folders():
-    """Return (package folder, folder of the root files), from the repository or the install space."""
-    package = Path(check_pin_profile.__file__).resolve().parent
-    for prefix in package.parents:
-        for root in (prefix / "root", prefix / "share" / "robotont_firmware" / "root"):
-            if (root / "boot.py").is_file():
-                return package, root
-    raise FlashError("the firmware's files are not where they were installed")
+def read_numbers(path):
+    """Return {name of a number: its value} of a file of settings."""
+    return {name: value for name, value in runpy.run_path(str(path)).items() if name.isupper()}
 
 
-def profiles(package):
-    """Return the wiring profiles: {name: {name of a number: its value}}."""
-    found = {}
-    for path in sorted(package.glob("pin_profile*.py")):
-        name = path.stem.partition("pin_profile_")[2] or "ours"
-        try:
-            numbers = {key: value for key, value in runpy.run_path(str(path)).items() if key.isupper()}
-        except Exception as error:  # whatever stands in a file that somebody has written
-            numbers = {"PROFILE": name, "DESCRIPTION": f"{BROKEN}: {type(error).__name__}: {error}"}
-        found[name] = {"DESCRIPTION": "", **numbers}
-    return found
+def choose_profile(package, name):
+    """Return (all numbers, those that the profile brings) by a profile's name.
 
-
-def check_profile(package, chosen, wiring):
-    """FlashError unless a profile has the firmware's names, all that it needs, and values that can work."""
-    config, ours = (runpy.run_path(str(package / file)) for file in ("config.py", "pin_profile.py"))
-    profile = "profile " + chosen
-    if wiring["DESCRIPTION"].startswith(BROKEN):
-        raise FlashError(f"{profile}: {wiring['DESCRIPTION']}")
-    if wiring.get("PROFILE") != chosen:
-        raise FlashError(f"{profile}: PROFILE: found {wiring.get('PROFILE')!r}, allowed: {chosen!r}, its file's")
-    for name in {*wiring, *filter(str.isupper, ours)}:
-        if name not in config or name not in wiring:
-            raise FlashError(f"{profile}: {name} is missing, or not known; allowed: the names of config.py, "
-                             "and all of pin_profile.py")  # fmt: skip
+    FlashError unless there is one that can work, with its file's name, the firmware's names and all that it needs.
+    """
+    known = {path.stem.partition("pin_profile_")[2] or "ours": path for path in sorted(package.glob("pin_profile*.py"))}
+    if name not in known:
+        about = {profile: re.search('^DESCRIPTION = "(.*)"', path.read_text(encoding="utf-8"), flags=re.MULTILINE)
+                 for profile, path in known.items()}
+        raise FlashError("\n".join(["Which robot is it? Choose with --profile:", *(
+            f"  {profile:12}{found[1] if found else ''}" for profile, found in about.items())]))
     try:
-        check_pin_profile.check(SimpleNamespace(**{**config, **wiring}))
+        config, ours, wiring = map(read_numbers, (package / "config.py", package / "pin_profile.py", known[name]))
+        if wiring.get("PROFILE") != name:
+            raise ValueError(f"PROFILE: found {wiring.get('PROFILE')!r}, allowed: {name!r}, its file's")
+        odd = {*wiring} - {*config} | {*ours} - {*wiring}
+        if odd:
+            raise ValueError(f"{min(odd)} is missing, or not known; allowed: the names of config.py, and all of "
+                             "pin_profile.py")  # fmt: skip
+        config.update(wiring)
+        check_pin_profile.check(SimpleNamespace(**config))
     except ValueError as error:
-        raise FlashError(f"{profile}: {error}") from error
+        raise FlashError(f"profile {name}: {error}") from error
+    except Exception as error:  # whatever stands in a file that somebody has written
+        raise FlashError(f"profile {name}: cannot be read: {type(error).__name__}: {error}") from error
+    return config, wiring
 
 
 def numbers_of(wheels):
@@ -80,12 +74,8 @@ def numbers_of(wheels):
 
 def check(profile, robot):
     """Check a profile without a board, beside a robot (name or folder) where one is named; FlashError: it is wrong."""
-    package, _ = folders()
-    known = profiles(package)
-    name = choose_profile(profile, None, known)
-    check_profile(package, name, known[name])
-    print(describe(known[name]))
-    config = {**runpy.run_path(str(package / "config.py")), **known[name]}
+    config, wiring = choose_profile(PACKAGE, profile)
+    print(describe(wiring))
     try:
         wanted = numbers_of(read_robot(robot).wheels) if robot else {}
     except (OSError, ValueError) as error:
@@ -93,10 +83,10 @@ def check(profile, robot):
     different = [f"{number}: {config[number]} in the profile, {value} by the robot"
                  for number, value in wanted.items() if abs(config[number] - value) > NEAR * value]
     if different:
-        raise FlashError("\n".join([f"profile {name} is another robot's:", *different]))
+        raise FlashError("\n".join([f"profile {profile} is another robot's:", *different]))
     usual = USUAL * config["MASS"] * (config["DISTANCE"] / 1e4) ** 2
     print(f"INERTIA: {config['INERTIA']} g cm^2; by MASS and DISTANCE it may be about {usual:.0f}.")
-    print(f"Profile {name} can work" + (f", and has the numbers of {robot}." if robot else "."))
+    print(f"Profile {profile} can work" + (f", and has the numbers of {robot}." if robot else "."))
 
 
 def describe(wiring):
@@ -110,15 +100,6 @@ def describe(wiring):
     lines += ["", "  PWM {:g} kHz, battery {:g} V. A board that is wired otherwise may run away.".format(
         wiring["PWM_FREQUENCY"] / 1e3, wiring["BATTERY"] / 1e3)]  # fmt: skip
     return "\n".join(lines)
-
-
-def choose_profile(requested, on_board, known):
-    """Return the name of the profile to flash; FlashError when there is no such profile."""
-    name = requested or on_board
-    if name in known:
-        return name
-    raise FlashError("\n".join(["Which robot is it? Choose with --profile:", *(
-        f"  {name:12}{wiring['DESCRIPTION']}" for name, wiring in known.items())]))
 
 
 def confirm(wiring, on_board, yes):
@@ -144,19 +125,14 @@ class Flash:
 
     def run(self, port, profile, yes):
         """Flash; FlashError states what went wrong."""
-        package, root = folders()
-        known = profiles(package)
-        new = runpy.run_path(str(package / "__init__.py"))["__version__"]
         port = board_check.find_port(port)
         print(f"Listening on {port} ...")
         try:
             there = board_check.check_board(port)
-            name = choose_profile(profile, there and there.profile, known)
-            wiring = known[name]
-            check_profile(package, name, wiring)
+            _, wiring = choose_profile(PACKAGE, profile or (there and there.profile))
             confirm(wiring, there and there.profile, yes)
             with tempfile.TemporaryDirectory() as folder:
-                files = copying.stage(package, root, wiring, folder)
+                files = copying.stage(PACKAGE, wiring, folder)
                 print(f"{len(files)} files compile.")
                 self.on_the_board = STOPPED
                 board_check.free_repl(port)
@@ -178,9 +154,7 @@ class Flash:
 def main():
     """Flash; return the exit status."""
     parser = CommandLine(prog="./robotont flash", description=__doc__)
-    parser.add_argument(
-        "--port", help="serial port of the board (default: the only ST-Link, or the only ttyACM)"
-    )
+    parser.add_argument("--port", help="serial port of the board (default: the only ST-Link)")
     parser.add_argument("--profile", help="how the board is wired; without it the profile that is on the board")
     parser.add_argument("--yes", action="store_true", help="do not ask")
     parser.add_argument("--check", action="store_true", help="only say whether the profile can work: needs no board")

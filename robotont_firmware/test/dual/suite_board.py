@@ -12,7 +12,7 @@ fake_hardware.install()
 from robotont_firmware import board, config, pin_profile_robotont21  # noqa: E402
 from robotont_firmware.main_loop import Controller  # noqa: E402
 
-ROOT = sys.path[1].rsplit("/", 1)[0] + "/root/"  # the runner puts src/ second
+ROOT = sys.path[1] + "/robotont_firmware/"  # the runner puts src/ second
 
 
 def make(settings=None, **changes):

@@ -21,7 +21,7 @@ class Chip:
 
 
 sys.modules["pyb"] = sys.modules["machine"] = Chip
-sys.path[:] = ["/rom/src", "/rom/root"]
+sys.path[:] = ["/rom/src", "/rom/src/robotont_firmware"]
 gc.collect()
 before = gc.mem_alloc()
 ballast = bytearray(gc.mem_free() - ENOUGH)

@@ -1,179 +1,283 @@
-"""Commands that waited on their way, and those from long ago, move nothing when the way is free again."""
+"""Commands that waited on their way, and those from long ago, move nothing when the way is free again.
+
+A robot and its commanders, on two machines. Where one that drove is killed, hung or cut off, each motion is an old one.
+"""
 
 import os
 import shutil
 import signal
+import subprocess
 import time
 
 import pytest
-from histories import ALLOWED, LATCHED, Stage
 
-from robotont_testing.harness import wait_for
-from robotont_testing.two_machines import NoNamespacesError
+from robotont_testing import places
+from robotont_testing.harness import suspend, wait_for
+from robotont_testing.stand_in_board import Board, speeds_of
+from robotont_testing.two_machines import ADDRESSES, NoNamespacesError, TwoMachines
 
 pytestmark = pytest.mark.timed
 LATE = 1.0   # [s] besides the length of an outage, within which TCP brings what waited
 
+# Does what the word in the file argv[2] says: drive (at 20 Hz), once, or press: the emergency stop.
+COMMANDER = """
+import sys, time, rospy
+from geometry_msgs.msg import Twist
+from std_msgs.msg import Bool
+rospy.init_node("commander", anonymous=True, disable_signals=True)
+class Listener(rospy.SubscribeListener):
+    def peer_subscribe(self, topic, *_):
+        print("can press" if topic == "/emergency_stop" else "connected", flush=True)
+publisher = rospy.Publisher(sys.argv[1], Twist, Listener(), tcp_nodelay=True, latch=sys.argv[3] == "True", queue_size=1)
+stop = rospy.Publisher("emergency_stop", Bool, Listener(), queue_size=1)
+motion, before = Twist(), ""
+motion.linear.x = 0.1
+while True:
+    order = open(sys.argv[2]).read()
+    if order == "press" != before:
+        stop.publish(True)
+    if order in ("drive", "press") or order == "once" != before:
+        publisher.publish(motion)
+    before = order
+    time.sleep(0.05)
+"""
+
+
+class Stage(TwoMachines):
+    """robot.launch on the robot, a board at its port, and commanders, by name, on either machine.
+
+    master: the machine that has the ROS master.
+    """
+
+    def __init__(self, mux=True, master="robot"):
+        super().__init__()
+        self.mux = mux
+        self.master = master
+        self.board = Board(str(self.folder / "board"), checked=True)
+        self.board.plug()
+        self._read = 0
+        self._commanders = {}
+        if master != "robot":
+            self.on(master, "roscore", **self._environment(master))
+        self.robot = self.on("robot", "roslaunch", *([] if master == "robot" else ["--wait"]),
+                             places.launch("robot.launch"), f"port:={self.board.link}", f"mux:={str(mux).lower()}",
+                             "description:=false", log=self.folder / "robot.log", **self._environment("robot"))
+        wait_for(lambda: self.pid("driver_node"), "the robot", timeout=60)
+
+    def _environment(self, machine):
+        return {"ROS_MASTER_URI": f"http://{ADDRESSES[self.master]}:11311", "ROS_IP": ADDRESSES[machine],
+                "ROS_LOG_DIR": str(self.folder)}
+
+    def close(self):
+        self.board.close()
+        super().close()
+
+    def pid(self, name):
+        """Process id of a process of robot.launch by its program's name; 0: it does not run now."""
+        found = subprocess.run(["pgrep", "--parent", str(self.robot.pid), "--full", f"/{name}( |$)"], check=False,
+                               text=True, stdout=subprocess.PIPE).stdout.split()
+        return int(found[0]) if found else 0
+
+    def respawn(self):
+        """Kill the node that listens to the commanders."""
+        os.kill(self.pid("cmd_vel_mux" if self.mux else "driver_node"), signal.SIGKILL)
+
+    def command(self, who, order, machine="laptop", latch=False):
+        """Let a commander drive, publish once or press; it starts where it does not run."""
+        file = self.folder / f"{who}.orders"
+        file.write_text(order)
+        if who not in self._commanders:
+            self._commanders[who] = self.on(
+                machine, "/usr/bin/python3", "-c", COMMANDER, "cmd_vel/hand" if self.mux else "cmd_vel", file, latch,
+                log=self.folder / f"{who}.log", **self._environment(machine))
+
+    def said(self, who):
+        """What a commander, or the robot, has printed."""
+        return (self.folder / f"{who}.log").read_text()
+
+    def connections(self):
+        """How often subscribers have connected to the publisher that latches."""
+        return self.said("latched").count("connected")
+
+    def signal(self, who, number):
+        """To a commander; one that SIGSTOP has let hang goes on at SIGCONT, others end it."""
+        if number == signal.SIGSTOP:
+            suspend(self._commanders[who].pid)
+        elif number == signal.SIGCONT:
+            os.kill(self._commanders[who].pid, number)
+        else:
+            self.stop(self._commanders.pop(who), number)
+
+    def in_order(self):
+        """No commander, and nothing between the machines."""
+        for who in list(self._commanders):
+            self.signal(who, signal.SIGKILL)
+        self.mend()
+        self.stands()
+
+    def drop(self):
+        """The network loses everything from the laptop, and nobody notices, until `mend`."""
+        self.block("robot", f"ip saddr {ADDRESSES['laptop']}")
+
+    def mend(self):
+        super().mend()
+        self.run("robot", "nft", "delete", "table", "inet", "firewall")  # where there is one
+
+    def motions(self):
+        """Lines of motion that the board has heard since the last call."""
+        heard = self.board.heard[self._read:]
+        self._read += len(heard)
+        return [line for _, line in heard if any(speeds_of(line.encode(), 3) or ())]
+
+    def stands(self):
+        wait_for(lambda: not any(self.board.speeds), "the stop")
+        self.motions()
+
+    def stays(self, seconds):
+        """It stands on. For how long it does, is what these tests are about."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            assert self.motions() == []
+            time.sleep(0.02)
+
+    def drives(self, who="driver", machine="laptop"):
+        """A commander drives it, as the robot is not deaf."""
+        self.command(who, "drive", machine)
+        try:
+            wait_for(self.motions, f"motion by the {who}", 60.0)
+        except AssertionError:
+            print(self.said("robot")[-5000:], self.said(who), flush=True)
+            raise
+
+    def drives_by_another(self):
+        self.drives("other")
+        self.signal("other", signal.SIGKILL)
+        self.stands()
+
 
 MUX, BARE = "mux", "no mux"
 MUX_FAR, BARE_FAR = MUX + ", master far away", BARE + ", master far away"
-either = pytest.mark.parametrize("stage", [MUX, pytest.param(BARE, marks=pytest.mark.nightly)], indirect=True)
-with_mux = pytest.mark.parametrize("stage", [MUX], indirect=True)
+either = pytest.mark.parametrize("both", [MUX, pytest.param(BARE, marks=pytest.mark.nightly)], indirect=True)
+with_mux = pytest.mark.parametrize("both", [MUX], indirect=True)
 
 
 @pytest.fixture(scope="module")
-def stage(request):
+def both(request):
     for name in ("ROS_IP", "ROS_HOSTNAME", "ROS_MASTER_URI"):
         os.environ.pop(name, None)
     if not shutil.which("nft"):
         pytest.skip("no nft: sudo apt-get install nftables")
     try:
-        mux = request.param in (MUX, MUX_FAR)
-        both = Stage(mux, "laptop" if request.param in (MUX_FAR, BARE_FAR) else "robot")
+        both = Stage(request.param in (MUX, MUX_FAR), "laptop" if request.param in (MUX_FAR, BARE_FAR) else "robot")
     except NoNamespacesError as error:
         pytest.skip(str(error))
     with both:
         yield both
 
 
-@pytest.fixture(autouse=True)
-def in_order(stage):
-    yield
-    stage.resume()
-    stage.mend()
-    for who in range(3):
-        stage.kill(who)
-
-
-def nothing_moves(stage, seconds, allowed=ALLOWED):
-    """Nothing older than `allowed` [s]. For how long, is what these tests are about."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        assert [motion for motion in stage.motions() if motion[1] > allowed] == []
-        time.sleep(0.02)
-
-
-def stands(stage):
-    wait_for(lambda: not any(stage.board.speeds), "the stop")
-    stage.motions()
-
-
-def others_drive(stage):
-    """The robot is not deaf."""
-    stage.command(1, "drive")
-    stage.drives(1)
-    stage.kill(1)
-
-
-def connections(stage):
-    """How often subscribers have connected to the publisher that latches."""
-    return stage.commander_log(LATCHED).count("connected")
+@pytest.fixture
+def stage(both):
+    """The robot stands, and nobody commands it."""
+    yield both
+    both.in_order()
 
 
 @pytest.fixture
 def latched(stage):
     """A command from long ago, whose publisher is still there; how often subscribers had connected to it."""
-    stage.command(LATCHED, "once", latch=True)
-    wait_for(lambda: connections(stage), "the connection")
+    stage.command("latched", "once", latch=True)
+    wait_for(stage.connections, "the connection")
     time.sleep(1.0)  # its age
-    stands(stage)
-    return connections(stage)
+    stage.stands()
+    return stage.connections()
 
 
-@pytest.mark.parametrize("stage, outage, how", [
+@pytest.mark.parametrize("both, outage, how", [
     pytest.param(BARE, 1.2, signal.SIGKILL, marks=pytest.mark.nightly), (MUX, 2.0, signal.SIGSTOP), *(
-    pytest.param(stage, outage, how, marks=pytest.mark.long) for stage in (MUX, BARE)
-    for outage, how in ((3.0, signal.SIGINT), (10.0, signal.SIGKILL)))], indirect=["stage"])
+    pytest.param(kind, outage, how, marks=pytest.mark.long) for kind in (MUX, BARE)
+    for outage, how in ((3.0, signal.SIGINT), (10.0, signal.SIGKILL)))], indirect=["both"])
 def test_what_waited_for_the_network_does_not_drive(stage, outage, how):
-    stage.command(0, "drive")
-    stage.drives(0)
+    stage.drives()
     stage.drop()
     cut = time.monotonic()
-    stands(stage)
-    (stage.hang if how == signal.SIGSTOP else lambda who: stage.kill(who, how))(0)
-    nothing_moves(stage, cut + outage - time.monotonic())
+    stage.stands()
+    stage.signal("driver", how)
+    stage.stays(cut + outage - time.monotonic())
     stage.mend()
-    nothing_moves(stage, outage + LATE)
-    others_drive(stage)
+    stage.stays(outage + LATE)
+    stage.drives_by_another()
 
 
 @either
 def test_a_latched_command_drives_neither_after_an_outage_nor_a_node_that_was_killed(stage, latched):
     stage.drop()
-    nothing_moves(stage, 3.2)  # long enough to be noticed
+    stage.stays(3.2)  # long enough to be noticed
     stage.mend()
-    wait_for(lambda: connections(stage) > latched, "the new connection")
-    nothing_moves(stage, LATE)
-    others_drive(stage)
-    stands(stage)
-    before = connections(stage)
-    stage.respawn("cmd_vel_mux" if stage.mux else "driver_node")
-    wait_for(lambda: connections(stage) > before, "the connection of the new node")
-    nothing_moves(stage, LATE)
-    others_drive(stage)
+    wait_for(lambda: stage.connections() > latched, "the new connection")
+    stage.stays(LATE)
+    stage.drives_by_another()
+    before = stage.connections()
+    stage.respawn()
+    wait_for(lambda: stage.connections() > before, "the connection of the new node")
+    stage.stays(LATE)
+    stage.drives_by_another()
 
 
 @pytest.mark.nightly
 @with_mux
 def test_a_latched_command_of_a_publisher_that_hung_does_not_drive(stage, latched):
-    stage.hang(LATCHED)
-    stage.respawn("cmd_vel_mux" if stage.mux else "driver_node")
-    others_drive(stage)  # the new node listens
+    stage.signal("latched", signal.SIGSTOP)
+    stage.respawn()
+    stage.drives_by_another()  # the new node listens
     time.sleep(2.0)  # longer than a start takes
-    stands(stage)
-    stage.resume()
-    wait_for(lambda: connections(stage) > latched, "the new connection")
-    nothing_moves(stage, LATE)
+    stage.signal("latched", signal.SIGCONT)
+    wait_for(lambda: stage.connections() > latched, "the new connection")
+    stage.stays(LATE)
 
 
 @either
 @pytest.mark.parametrize("outage, carrier", [pytest.param(1.0, False, marks=pytest.mark.long), (3.2, True)])
 def test_the_robot_stops_at_once_in_an_outage_and_drives_at_once_after_it(stage, outage, carrier):
-    board = stage.board
-    stage.command(0, "drive")
-    stage.drives(0)
+    stage.drives()
     before = time.monotonic()
     stage.cut(carrier)
-    wait_for(lambda: not any(board.speeds), "the stop")
+    stage.stands()
     assert time.monotonic() - before <= 0.6
-    stage.motions()
-    nothing_moves(stage, outage)
+    stage.stays(outage)
     before = time.monotonic()
     stage.mend()
-    wait_for(lambda: any(board.speeds), "motion after the outage", 60.0)
+    wait_for(lambda: any(stage.board.speeds), "motion after the outage", 60.0)
     assert time.monotonic() - before <= 2.0
     twice = time.monotonic()
     while time.monotonic() - twice < 1.0:  # and does not stumble
-        assert any(board.speeds)
+        assert any(stage.board.speeds)
         time.sleep(0.02)
 
 
 @with_mux
 def test_an_emergency_stop_pressed_during_an_outage_is_not_lost(stage):
-    stage.command(0, "drive")
-    stage.drives(0)
-    wait_for(lambda: "can press" in stage.commander_log(0), "the connection")
+    stage.drives()
+    wait_for(lambda: "can press" in stage.said("driver"), "the connection")
     stage.cut()
-    stands(stage)
-    stage.command(0, "press")
+    stage.stands()
+    stage.command("driver", "press")
     time.sleep(3.0)  # the length of the outage
     stage.mend()
-    wait_for(lambda: "emergency stop pressed" in (stage.folder / "robot.log").read_text(), "the emergency stop")
-    stands(stage)
-    nothing_moves(stage, 0.5, allowed=0.0)
-    stage.release()
+    wait_for(lambda: "emergency stop pressed" in stage.said("robot"), "the emergency stop")
+    stage.stands()
+    stage.stays(0.5)
+    stage.check("robot", "rosservice", "call", "/emergency_stop/release")
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("stage", [MUX_FAR, BARE_FAR], indirect=True)
+@pytest.mark.parametrize("both", [MUX_FAR, BARE_FAR], indirect=True)
 def test_a_press_stops_at_once_while_the_master_is_out_of_reach(stage):
     """While it hangs: test_hung_peers."""
-    stage.command(0, "drive", "robot")
-    stage.drives(0)
-    wait_for(lambda: "can press" in stage.commander_log(0), "the connection")
+    stage.drives(machine="robot")
+    wait_for(lambda: "can press" in stage.said("driver"), "the connection")
     stage.cut(carrier=True)
     before = time.monotonic()
-    stage.command(0, "press")
-    stands(stage)
+    stage.command("driver", "press")
+    stage.stands()
     assert time.monotonic() - before <= 0.2  # of which the commander may take 0.1
-    nothing_moves(stage, 0.5, allowed=0.0)
+    stage.stays(0.5)

@@ -4,7 +4,6 @@ import contextlib
 import io
 import shutil
 import subprocess
-import unittest.mock
 from pathlib import Path
 
 import pytest
@@ -12,21 +11,14 @@ import pytest
 from robotont_operations import install_robot as install_robot_module
 
 
-@contextlib.contextmanager
-def arguments(*words):
-    """A block in which this process was started with these."""
-    with unittest.mock.patch("sys.argv", ["install-robot", *map(str, words)]):
-        yield
-
-
-def install_robot(*words):
-    """What install-robot prints, and its exit status, as of a finished process; a --root is an image."""
-    for root in [Path(after) for word, after in zip(words, words[1:]) if word == "--root" and Path(after).is_dir()]:
-        (root / "etc").mkdir(exist_ok=True)
+def install_robot(root, *words):
+    """What install-robot prints, and its exit status, as of a finished process; a root that is there is an image."""
+    if Path(root).is_dir():
+        (Path(root) / "etc").mkdir(exist_ok=True)
     out, err = io.StringIO(), io.StringIO()
-    with arguments(*words), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
-            status = install_robot_module.main()
+            status = install_robot_module.main(["--root", str(root), *words])
         except SystemExit as end:
             status = end.code
     return subprocess.CompletedProcess(words, status, out.getvalue(), err.getvalue())

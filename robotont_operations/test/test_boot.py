@@ -94,7 +94,7 @@ def robot(tmp_path_factory):
         pytest.skip("no writable cgroup2 hierarchy here")
     tree = tmp_path / "tree"
     tree.mkdir()
-    install_robot("--root", tree, "--page", "--fleet", "10.255.0.1")
+    install_robot(tree, "--page", "--fleet", "10.255.0.1")
     (tree / "etc/robotont/robot.conf").write_text(
         "ROBOTONT_PORT=/shared/board\nROBOTONT_ARGUMENTS=\n"
         "ROBOTONT_RECORDER_ARGUMENTS=folder:=/shared/black_box\n")

@@ -66,8 +66,8 @@ def address(text):
     return text
 
 
-def parse_arguments():
-    """Options of the command line."""
+def parse(arguments=None):
+    """Options of the command line; `live`: this very system is meant."""
     parser = CommandLine(
         prog="./robotont install-robot",
         description="Install services that start Robotont at boot, without any network, under a user "
@@ -89,7 +89,8 @@ def parse_arguments():
     parser.add_argument("--fleet", type=address, metavar="ADDRESS",
                         help="bring the robot onto the page of all robots, too: address of the computer of "
                         "./robotont fleet; kept when you install again")
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
+    options.live = Path(options.root).resolve() == Path("/")
     if not Path(options.root, "etc").is_dir():
         parser.error(f"--root: found {options.root}, where there is no etc/; allowed: where a file system is mounted")
     try:
@@ -99,13 +100,12 @@ def parse_arguments():
     return options
 
 
-def main():
+def main(arguments=None):
     """Run install-robot; returns the exit status."""
-    options = parse_arguments()
+    options = parse(arguments)
     os.umask(0o022)  # the services' user reads what root writes
-    live = Path(options.root).resolve() == Path("/")
     try:
-        return _remove(options, live) if options.remove else _install(options, live)
+        return _remove(options) if options.remove else _install(options)
     except PermissionError as error:
         again = " ".join(map(shlex.quote, sys.argv[1:]))
         print(f"install-robot: {error.filename} may not be written: sudo ./robotont install-robot {again}",
@@ -119,14 +119,14 @@ def _udev_rules():
     return sorted((Path(rospkg.RosPack().get_path("robotont_bringup")) / "udev").glob("*.rules"))
 
 
-def _install(options, live):
+def _install(options):
     used = [part for name in ("CMAKE_PREFIX_PATH", "ROS_PACKAGE_PATH", "PYTHONPATH")
             for part in os.environ.get(name, "").split(":") if os.path.isdir(part)]
     closed = unreadable(used)
     if closed:
         print(f"install-robot: the services' user may not enter {closed}: sudo chmod o+x {closed}, "
               "or move the workspace to /opt", file=sys.stderr)
-        if live:
+        if options.live:
             return 1  # under another root it may be open where it will run
     for part in dict.fromkeys(used):
         if not Path(options.root, part.lstrip("/")).exists():
@@ -144,11 +144,11 @@ def _install(options, live):
     if model and "description:=false" in read(kept):
         print(f"install-robot: {kept} is kept, and says description:=false: without it the robot has its model")
     units, good = installed_units(options.root), True
-    if live:
+    if options.live:
         good = run((*AFTER_INSTALL, ("systemctl", "restart", *units)))
         print("next: ./robotont status; the log: journalctl -fu 'robotont*'")
     if PAGE_UNIT in units:
-        host = socket.gethostname() if live else "ROBOT"
+        host = socket.gethostname() if options.live else "ROBOT"
         print(f"phones: http://{host}:8100/ (or the first address that hostname -I prints there), and once the token "
               "that is made at the first start: sudo cat /var/lib/robotont/robotont_teleop_token")
     if options.fleet:
@@ -157,11 +157,11 @@ def _install(options, live):
     return 0 if good else 1
 
 
-def _remove(options, live):
+def _remove(options):
     units = installed_units(options.root)
     if not units:
         print(f"install-robot: nothing is installed under {options.root}", file=sys.stderr)
         return 1
-    good = not live or run([("systemctl", "stop", *reversed(units))])
+    good = not options.live or run([("systemctl", "stop", *reversed(units))])
     print(f"removed, under {options.root}:", *remove(options.root, _udev_rules()), sep="\n  ")
-    return 0 if (not live or run(AFTER_REMOVAL)) and good else 1
+    return 0 if (not options.live or run(AFTER_REMOVAL)) and good else 1

@@ -6,6 +6,7 @@ import numpy as np
 import rosbag
 import rospy
 from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
 from robotont_calibration.calibration_runs import taped_run, tracked_run
@@ -29,10 +30,10 @@ def true_of(wrong, radius=1.0, distance=1.0, angles=()):
             "wheelDistanceFromCenter": (np.asarray(wrong["wheelDistanceFromCenter"]) / distance).tolist()}
 
 
-def drives():
-    """The runs that the guide asks for, as twists."""
-    return [square(2.0, 1), square(2.0, -1), spin(10 * math.pi), spin(-10 * math.pi),
-            straight(0, 3.0), straight(0, -3.0)]
+def drives(times=1):
+    """{number: twists} of the runs that the guide asks for."""
+    return dict(enumerate(times * [square(2.0, 1), square(2.0, -1), spin(10 * math.pi), spin(-10 * math.pi),
+                                   straight(0, 3.0), straight(0, -3.0)]))
 
 
 def recorded(parameters, twists, seed, deviation, noise=NOISE, point=(0.0, 0.0)):
@@ -46,37 +47,36 @@ def recorded(parameters, twists, seed, deviation, noise=NOISE, point=(0.0, 0.0))
     return counts, poses + generator.standard_normal(poses.shape) * (place, place, yaw)
 
 
-def tracked_runs(parameters, seed=0, noise=NOISE, point=(0.0, 0.0), times=1):
-    """`Run`s with a ground truth: each drive so many times."""
-    found = []
-    for index, twists in enumerate(drives() * times):
-        counts, poses = recorded(parameters, twists, seed + index, TRACKED, noise, point)
+def tracked_runs(parameters, seed=0, noise=NOISE, point=(0.0, 0.0), driven=None, spoil=lambda _number, poses: poses):
+    """`Run`s with a ground truth."""
+    for number, twists in (driven or drives()).items():
+        counts, poses = recorded(parameters, twists, seed + number, TRACKED, noise, point)
         stamps = PERIOD * np.arange(1, len(counts) + 1)
-        found.append(tracked_run(str(index), stamps, counts, Trajectory(stamps, poses), SECONDS, TRACKED))
-    return found
+        yield tracked_run(str(number), stamps, counts, Trajectory(stamps, spoil(number, poses)), SECONDS, TRACKED)
 
 
-def taped_runs(parameters, seed=0, noise=NOISE, names=None):
+def taped_runs(parameters, seed=0, driven=None, spoil=lambda _number, poses: poses):
     """`Run`s with ends measured by tape only; the start, too, is a little off its mark."""
-    found = []
-    for index, twists in enumerate(drives()):
-        counts, poses = recorded(parameters, twists, seed + index, TAPE, noise)
-        along, across, turn = np.random.default_rng(seed + index + 500).standard_normal(3) * (TAPE[0], *TAPE)
+    for number, twists in (driven or drives()).items():
+        counts, poses = recorded(parameters, twists, seed + number, TAPE)
+        along, across, turn = np.random.default_rng(seed + number + 500).standard_normal(3) * (TAPE[0], *TAPE)
         x, y, yaw = se2.between((0.0, 0.0, turn), poses[-1])
-        found.append(taped_run(names[index] if names else str(index), counts, (x + along, y + across, yaw), TAPE))
-    return found
+        end, = spoil(number, np.array([(x + along, y + across, math.remainder(yaw, 2 * math.pi))]))
+        yield taped_run(str(number), counts, end, TAPE)
 
 
-def write_run(path, counts, poses=(), times=None):
-    """A bag of packets, and where there are poses, of a ground truth on the topic truth. times: [s] of each."""
-    times = [1000.0 + at for at in (PERIOD * np.arange(1, len(counts) + 1) if times is None else times)]
+def write_run(path, **topics):
+    """A bag of (time [s], counts) on serial_read, (time, pose) as Odometry on odom, else as PoseStamped."""
     with rosbag.Bag(str(path), "w") as bag:
-        for at, packet in zip(times, np.asarray(counts).tolist()):
-            text = ":".join(f"{count:.3f}" for count in packet) + ";\n"
-            bag.write("serial_read", String(text), rospy.Time.from_sec(at))
-        for at, (x, y, yaw) in zip(times, np.asarray(poses).tolist()):
-            message = PoseStamped()
-            message.header.stamp = rospy.Time.from_sec(at)
-            message.pose.position.x, message.pose.position.y = x, y
-            message.pose.orientation.z, message.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
-            bag.write("truth", message, message.header.stamp)
+        for topic, rows in topics.items():
+            for at, values in rows:
+                stamp = rospy.Time.from_sec(float(at))
+                if topic == "serial_read":
+                    message = String(":".join(f"{count:.3f}" for count in values) + ";\n")
+                else:
+                    message = Odometry() if topic == "odom" else PoseStamped()
+                    message.header.stamp = stamp
+                    pose = getattr(message.pose, "pose", message.pose)
+                    pose.position.x, pose.position.y = values[:2]
+                    pose.orientation.z, pose.orientation.w = math.sin(values[2] / 2), math.cos(values[2] / 2)
+                bag.write(topic, message, stamp)

@@ -36,16 +36,20 @@ def runs(tmp_path_factory):
     """(RUN arguments with a tape's ends, files with a ground truth) of a robot that differs from the parameters."""
     folder = tmp_path_factory.mktemp("runs")
     taped, tracked = [], []
-    for number, twists in enumerate(drives()):
+    for number, twists in drives().items():
         counts, poses = recorded(TRUE, twists, number, TAPE)
-        taped.append(str(folder / f"taped_{number}.bag"))
-        write_run(taped[-1], counts)
+        write(folder / f"taped_{number}.bag", counts)
         x, y, yaw = poses[-1]
-        taped[-1] += f"={x:.3f},{y:.3f},{math.degrees(se2.wrap(yaw)):.1f}"
-        counts, poses = recorded(TRUE, twists, number, TRACKED)
-        tracked.append(str(folder / f"tracked_{number}.bag"))
-        write_run(tracked[-1], counts, poses)
+        taped.append(f"{folder}/taped_{number}.bag={x:.3f},{y:.3f},{math.degrees(se2.wrap(yaw)):.1f}")
+        tracked.append(folder / f"tracked_{number}.bag")
+        write(tracked[-1], *recorded(TRUE, twists, number, TRACKED))
     return taped, tracked
+
+
+def write(file, counts, poses=(), times=None):
+    """A recording of a robot that begins at 1000 s; times: [s] of each packet, and of each pose."""
+    times = 1000.0 + (PERIOD * np.arange(1, len(counts) + 1) if times is None else times)
+    write_run(file, serial_read=zip(times, counts), truth=zip(times, poses))
 
 
 def calibrated(folder, *arguments, wheel_params=WHEEL_PARAMS):
@@ -64,13 +68,9 @@ def optiodom(tmp_path_factory):
         archive.extractall(str(folder))
     for file in folder.glob("*.csv"):
         table = np.loadtxt(str(file), delimiter=",", skiprows=1)
-        write_run(file.with_suffix(".bag"), table[:, 1:4], table[:, 4:], table[:, 0])
+        write(file.with_suffix(".bag"), table[:, 1:4], table[:, 4:], table[:, 0])
         file.unlink()
     return folder
-
-
-def of_optiodom(folder, runs, *arguments):
-    return calibrated(folder, *arguments, *sorted(runs), wheel_params=OPTIODOM / "wheel_params.yaml")
 
 
 def test_with_a_ground_truth(runs, tmp_path, capsys):
@@ -106,7 +106,7 @@ def test_a_full_disk_costs_no_older_parameters(runs, tmp_path, monkeypatch, caps
 def test_a_gap_in_the_stamps_is_named(tmp_path, capsys):
     (counts, poses), file = recorded(TRUE, drives()[2], 0, TRACKED), tmp_path / "gap.bag"
     times = PERIOD * np.arange(len(counts))
-    write_run(file, counts, poses, times + 3600.0 * (times > times[-1] / 2))
+    write(file, counts, poses, times + 3600.0 * (times > times[-1] / 2))
     assert calibrated(tmp_path, file) == (1, None)
     assert f"{file}: found a gap of 3600.0" in capsys.readouterr().err
 
@@ -122,9 +122,9 @@ def test_with_a_tape_only_what_is_asked_for_changes(runs, tmp_path):
 @pytest.mark.nightly
 def test_what_is_worse_than_the_old_file_is_not_written(tmp_path, capsys):
     """Every other run is of a robot whose wheels have turned by 3 % more, or less, than by the old file."""
-    for number, twists in enumerate(drives()):
+    for number, twists in drives().items():
         counts, poses = recorded(TRUE, twists, number, TRACKED)
-        write_run(tmp_path / f"{number}.bag", counts * (1.03 if number % 2 else 0.97), poses)
+        write(tmp_path / f"{number}.bag", counts * (1.03 if number % 2 else 0.97), poses)
     (tmp_path / "old.yaml").write_text(yaml.safe_dump(TRUE))
     assert calibrated(tmp_path, *sorted(tmp_path.glob("*.bag")), wheel_params=tmp_path / "old.yaml") == (4, None)
     assert "the runs contradict each other" in capsys.readouterr().err
@@ -133,7 +133,7 @@ def test_what_is_worse_than_the_old_file_is_not_written(tmp_path, capsys):
 def test_a_run_that_determines_nothing_and_has_a_gap_is_named_and_not_written(runs, tmp_path, capsys):
     counts, _ = recorded(TRUE, drives()[2], 2, TAPE)
     left = np.delete(np.arange(len(counts)), np.s_[99:111])
-    write_run(tmp_path / "spin.bag", counts[left], (), PERIOD * left)
+    write(tmp_path / "spin.bag", counts[left], (), PERIOD * left)
     assert calibrated(tmp_path, f"{tmp_path / 'spin.bag'}={runs[0][2].partition('=')[2]}") == (4, None)
     output, error = capsys.readouterr()
     assert "NOT DETERMINED" in output
@@ -149,30 +149,25 @@ def test_a_run_that_determines_nothing_and_has_a_gap_is_named_and_not_written(ru
     (["{0}=1,2"], "found '1,2', allowed: X,Y,YAW of the end"),
     (["{0}=1,2,north"], "found '1,2,north'"),
     (["{0}"], "found no topic truth; there are: serial_read"),
+    (["{1}/four.bag=0,0,0"], "found a packet of 4 wheels, allowed: 3"),
+    (["{0}=0,0,0", "--wheel-params", "{1}/bad.yaml"], "bad.yaml: wheelAmount: found 2"),
     (["--guide", "a", "--side", "-1"], "found '-1', allowed: a number > 0"),
 ])
 def test_bad_input(arguments, words, runs, tmp_path, capsys):
+    write(tmp_path / "four.bag", [(1, 2, 3, 4)])
+    (tmp_path / "bad.yaml").write_text("wheelAmount: 2\n")
     file = runs[0][0].partition("=")[0]
     with pytest.raises(SystemExit) as stop:
-        raise SystemExit(calibrated(tmp_path, *(word.format(file) for word in arguments))[0])
+        raise SystemExit(calibrated(tmp_path, *(word.format(file, tmp_path) for word in arguments))[0])
     assert stop.value.code in (1, 2)
     assert words in capsys.readouterr().err
     assert not (tmp_path / "new.yaml").exists()
 
 
-def test_packets_of_another_robot_and_parameters_that_are_none(runs, tmp_path, capsys):
-    write_run(tmp_path / "four.bag", [(1, 2, 3, 4)])
-    assert calibrated(tmp_path, f"{tmp_path / 'four.bag'}=0,0,0") == (1, None)
-    assert "found a packet of 4 wheels, allowed: 3" in capsys.readouterr().err
-    (tmp_path / "bad.yaml").write_text("wheelAmount: 2\n")
-    assert calibrated(tmp_path, *runs[1], wheel_params=tmp_path / "bad.yaml") == (1, None)
-    assert "bad.yaml: wheelAmount: found 2" in capsys.readouterr().err
-
-
 @pytest.mark.nightly
 def test_a_real_robot(optiodom, tmp_path, capsys):
     """The point is found, and the error falls, also of runs that it was not fitted to; one radius is likelier."""
-    status, written = of_optiodom(tmp_path, optiodom.glob("*"))
+    status, written = calibrated(tmp_path, *sorted(optiodom.glob("*")), wheel_params=OPTIODOM / "wheel_params.yaml")
     assert status == 0
     text = capsys.readouterr().out
     assert "are the same thing" in text
@@ -201,7 +196,7 @@ def test_a_real_robot(optiodom, tmp_path, capsys):
 @pytest.mark.nightly
 def test_one_kind_of_drives_is_warned_of_and_stated_to_be_less_certain(optiodom, tmp_path, capsys):
     """Squares alone leave the distance 0.6 % off what circles and squares give."""
-    status, written = of_optiodom(tmp_path, optiodom.glob("square*"))
+    status, written = calibrated(tmp_path, *optiodom.glob("square*"), wheel_params=OPTIODOM / "wheel_params.yaml")
     assert status == 3
     assert written
     output, error = capsys.readouterr()

@@ -3,18 +3,14 @@ import sys
 
 import numpy as np
 import pytest
-import rosbag
-import rospy
-from nav_msgs.msg import Odometry
-from std_msgs.msg import String, UInt8MultiArray
+from synthetic_runs import write_run
 
 from robotont_calibration import odometry_report
 from robotont_calibration.odometry_report import relative_errors, rows, sizes
-from robotont_calibration.recordings import Recording, RecordingError, read_recording
+from robotont_calibration.recordings import Recording, read_recording
 from robotont_calibration.trajectory import Trajectory, synchronise
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.protocol.protocol import format_packet
 from robotont_testing.robots import SHIPPED, WHEEL_PARAMS
 from robotont_testing.simulated_wheels import PERIOD, counted, path_of, rolled, square, still, straight
 
@@ -22,45 +18,25 @@ WHEELS = read_wheels(SHIPPED)
 START = 1000.0  # [s]
 
 
-def pose_message(time, pose):
-    message = Odometry()
-    message.header.stamp = rospy.Time.from_sec(time)
-    message.pose.pose.position.x, message.pose.pose.position.y = pose[:2]
-    message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(pose[2] / 2), math.cos(pose[2] / 2)
-    return message
-
-
 @pytest.fixture(scope="module")
-def drive():
-    """Poses and packets of a square, with noise that shows."""
+def bag(tmp_path_factory):
+    """A bag of a square, with noise that shows: truth at 40 Hz, odometry and packets at 50 Hz. No master."""
+    path = tmp_path_factory.mktemp("bag") / "drive.bag"
     twists = np.concatenate([square(1.0, 1), straight(0.5, 0.7)])
     counts = counted(WHEELS, rolled(WHEELS, twists), 0.01, np.random.default_rng(1)).tolist()
-    packets = [(START + PERIOD * index, tuple(packet)) for index, packet in enumerate(counts, 1)]
-    return path_of(twists), packets
-
-
-@pytest.fixture(scope="module")
-def bag(drive, tmp_path_factory):
-    """A bag of that drive: truth at 40 Hz, odometry and packets at 50 Hz. No master."""
-    poses, packets = drive
-    path = tmp_path_factory.mktemp("bag") / "drive.bag"
+    poses, times = path_of(twists), START + PERIOD * np.arange(len(twists) + 1)
     made = Recording()
-    made.packets = packets
-    times = START + PERIOD * np.arange(len(poses))
-    with rosbag.Bag(str(path), "w") as file:
-        for (time, packet), pose in zip(packets, made.recomputed(WHEELS).poses):
-            file.write("/serial_read", String(format_packet(packet)), rospy.Time.from_sec(time))
-            file.write("/odom", pose_message(time, pose), rospy.Time.from_sec(time))
-        for time in np.arange(START, times[-1], 0.025):
-            pose = [np.interp(time, times, column) for column in poses.T]
-            file.write("/ground_truth/odom", pose_message(time, pose), rospy.Time.from_sec(time))
+    made.packets = list(zip(times[1:], counts))
+    truth = Trajectory(times, poses).at(np.arange(START, times[-1], 0.025))
+    write_run(path, serial_read=made.packets, odom=zip(times[1:], made.recomputed(WHEELS).poses),
+              truth=zip(truth.times, truth.poses))
     return path
 
 
 @pytest.fixture(scope="module")
 def compared(bag):
     """(odometry, truth), as the command compares them."""
-    recording = read_recording(bag, {"odometry": "odom", "truth": "ground_truth/odom"})
+    recording = read_recording(bag, {"odometry": "odom", "truth": "truth"})
     return synchronise(recording.trajectory("odometry"), recording.trajectory("truth"))
 
 
@@ -88,14 +64,14 @@ def test_numbers_equal_those_of_evo(compared, index, relation, delta, tmp_path, 
     assert np.sqrt(np.mean(sizes(errors)[index] ** 2)) == pytest.approx(found.stats["rmse"], abs=1e-6)
 
 
-def test_the_table_and_the_picture_and_what_lacks_a_truth(bag, tmp_path, capsys):
-    assert odometry_report.main([str(bag), "--truth", "ground_truth/odom", "-o", str(tmp_path / "report.png")]) == 0
+@pytest.mark.parametrize("arguments", [[], ["--wheel-params", str(WHEEL_PARAMS)]], ids=["as it was", "by a file"])
+def test_the_table_and_the_picture(arguments, bag, tmp_path, capsys):
+    picture = tmp_path / "report.png"
+    assert odometry_report.main([str(bag), "--truth", "truth", "-o", str(picture), *arguments]) == 0
     output = capsys.readouterr().out
-    assert "path of the ground truth" in output
-    assert "packets refused" in output
-    assert (tmp_path / "report.png").read_bytes().startswith(b"\x89PNG")
-    assert odometry_report.main([str(bag)]) == 1
-    assert "found no ground truth, allowed: --truth TOPIC" in capsys.readouterr().err
+    for words in ("path of the ground truth", "drift per metre", "packets refused"):
+        assert words in output
+    assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_picture_of_the_demo(compared, tmp_path):
@@ -103,54 +79,16 @@ def test_the_picture_of_the_demo(compared, tmp_path):
     assert (tmp_path / "demo.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_parameters_of_ones_own(bag, tmp_path, capsys):
-    arguments = [str(bag), "--truth", "ground_truth/odom", "--wheel-params", str(WHEEL_PARAMS)]
-    assert odometry_report.main([*arguments, "-o", str(tmp_path / "a.png")]) == 0
-    assert "drift per metre" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("kind", ["packets", "odometry", "truth"])
-def test_a_topic_with_other_messages_is_refused(tmp_path, kind):
-    path = tmp_path / "other.bag"
-    with rosbag.Bag(str(path), "w") as file:
-        file.write("topic", UInt8MultiArray(), rospy.Time(1))
-    with pytest.raises(RecordingError, match="topic: found std_msgs/UInt8MultiArray, allowed: "):
-        read_recording(path, {kind: "topic"})
-
-
-def test_malformed_packets_and_poses_in_a_bag_are_counted(tmp_path):
-    path = tmp_path / "malformed.bag"
-    packets = ["1:2:3;\n", "9" * 400 + ":0:0;\n", "9" * 10 ** 6, "1" * 310 + ".0:0:0;\n", "nan:0:0;\n",
-               ":" * 10 ** 5, ""]
-    with rosbag.Bag(str(path), "w") as file:
-        for packet in packets:
-            file.write("packets", String(packet), rospy.Time(1))
-        file.write("odom", pose_message(1.0, (math.nan, 0.0, 0.0)), rospy.Time(1))
-    recording = read_recording(path, {"packets": "packets", "odometry": "odom"})
-    assert recording.packets == [(1.0, (1, 2, 3))]
-    assert recording.odometry == []
-    assert recording.refused == len(packets)
-
-
-@pytest.mark.parametrize("name, content, words", [
-    ("missing.bag", None, "no such file"),
-    ("a.bag", "no bag", "a.bag"),
-    ("empty.bag", "", "empty.bag"),
+@pytest.mark.parametrize("arguments, words", [
+    ([], "found no ground truth, allowed: --truth TOPIC"),
+    (["--odom", "nowhere"], "found no odometry on nowhere; with --wheel-params"),
+    (["--truth", "elsewhere"], "found no topic elsewhere; there are: odom, serial_read, truth"),
 ])
-def test_a_file_that_is_no_recording_ends_with_one_line(tmp_path, capsys, name, content, words):
-    path = tmp_path / name
-    if content is not None:
-        path.write_text(content)
-    assert odometry_report.main([str(path), "-o", str(tmp_path / "a.png")]) == 1
+def test_what_cannot_be_compared_ends_with_one_line(arguments, words, bag, capsys):
+    assert odometry_report.main([str(bag), *arguments]) == 1
     error = capsys.readouterr().err
     assert words in error
     assert error.count("\n") == 1
-
-
-def test_a_wrong_truth_topic_lists_those_that_there_are(bag, capsys):
-    assert odometry_report.main([str(bag), "--truth", "truth"]) == 1
-    words = "found no topic truth; there are: /ground_truth/odom, /odom, /serial_read"
-    assert words in capsys.readouterr().err
 
 
 def test_packets_that_came_late_leave_no_spikes():

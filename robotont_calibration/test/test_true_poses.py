@@ -4,19 +4,17 @@ import math
 
 import numpy as np
 import pytest
-from synthetic_runs import TAPE, TRACKED, drives, recorded, true_of
+from synthetic_runs import drives, taped_runs, tracked_runs, true_of
 
-from robotont_calibration.calibrate_wheels import TAPED, WHEEL_NOISE, contradictions
-from robotont_calibration.calibration_runs import misfits, taped_run, tracked_run
+from robotont_calibration.calibrate_wheels import WHEEL_NOISE, contradictions
+from robotont_calibration.calibration_runs import misfits
 from robotont_calibration.free_parameters import FreeParameters
-from robotont_calibration.trajectory import Trajectory
 from robotont_calibration.true_poses import YAWS
 from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_testing.robots import SHIPPED
-from robotont_testing.simulated_wheels import PERIOD
 
 FAR_OFF, NEAR = true_of(SHIPPED, 1.02, 0.97, [(1, 1.5)]), true_of(SHIPPED, 0.997, 1.006, [(0, 0.3)])
 FIVE = math.radians(5)
@@ -47,21 +45,12 @@ BAD = {  # what becomes of run i's end or poses
 }
 
 
-def guided(true, seed=0, spoil=lambda i, p: p, tracked=False, which=(0, 1, 2, 3, 4, 5)):
+def guided(true, seed=0, spoil=lambda i, p: p, make=taped_runs, which=(0, 1, 2, 3, 4, 5)):
     """`Run`s of a robot that is not as its file says, as the guide drives it: its ends are where it really came to."""
     nominal, real = Kinematics(read_wheels(SHIPPED)), Kinematics(read_wheels(true))
     ratio = np.divide(real.wheels.metres_per_edge, nominal.wheels.metres_per_edge)
-    runs = []
-    for index in which:
-        twists = np.asarray(drives()[index]) @ (real.inverse @ np.diag(ratio) @ nominal.matrix).T
-        counts, poses = recorded(true, twists, seed + index, TRACKED if tracked else TAPE)
-        stamps = PERIOD * np.arange(1, len(counts) + 1)
-        if tracked:
-            runs.append(tracked_run(str(index), stamps, counts, Trajectory(stamps, spoil(index, poses)), 1.0, TRACKED))
-        else:
-            end = spoil(index, np.array([(*poses[-1, :2], se2.wrap(float(poses[-1, 2])))]))[0]
-            runs.append(taped_run(str(index), counts, end, TAPED))
-    return runs
+    really = (real.inverse @ np.diag(ratio) @ nominal.matrix).T
+    return list(make(true, seed, driven={i: drives()[i] @ really for i in which}, spoil=spoil))
 
 
 def worse(parameters, clean):
@@ -95,13 +84,13 @@ def test_nothing_worse_is_written_and_what_yaw_is_is_told(true, bad):
 @pytest.mark.nightly
 @pytest.mark.parametrize("bad", ["yaw is in degrees where radians are asked for", "x and y exchanged, (1, 1, 1)"])
 def test_a_truth_all_the_way(bad):
-    _, reasons = judged(guided(FAR_OFF, 0, BAD[bad], tracked=True, which=(1, 2, 4)))
+    _, reasons = judged(guided(FAR_OFF, 0, BAD[bad], make=tracked_runs, which=(1, 2, 4)))
     assert bad in reasons[0] or not bad.startswith("yaw")
 
 
 @pytest.mark.nightly
 def test_a_truth_that_is_late_is_no_unit():
-    runs = guided(FAR_OFF, 0, lambda i, p: np.vstack([np.tile(p[0], (100, 1)), p[:-100]]), tracked=True,
+    runs = guided(FAR_OFF, 0, lambda i, p: np.vstack([np.tile(p[0], (100, 1)), p[:-100]]), make=tracked_runs,
                   which=(1, 2, 4))
     _, reasons = judged(runs)
     assert reasons

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from synthetic_runs import NOISE, TAPE, TRACKED, recorded, taped_runs, tracked_runs, true_of
+from synthetic_runs import NOISE, TAPE, TRACKED, drives, recorded, taped_runs, tracked_runs, true_of
 
 from robotont_calibration import calibration_runs
 from robotont_calibration.calibration_runs import taped_run, tracked_run
@@ -49,7 +49,7 @@ def errors_of(found, true, point=()):
 
 
 def calibrated(runs, noise=0.003, wrong=SHIPPED, **free):
-    return calibrate(wrong, runs, FreeParameters(wrong, **free), noise)
+    return calibrate(wrong, list(runs), FreeParameters(wrong, **free), noise)
 
 
 @pytest.mark.parametrize("wrong", [SHIPPED, UNEVEN_4], ids=["3 wheels", "4 uneven wheels"])
@@ -71,7 +71,7 @@ def test_wrong_parameters_are_recovered(wrong):
 
 def test_derivatives_are_those_of_the_misfits():
     unknowns = FreeParameters(UNEVEN_4, "each", "each", "free")
-    runs = [tracked_runs(UNEVEN_4)[1], taped_runs(UNEVEN_4)[2]]
+    runs = [list(tracked_runs(UNEVEN_4))[1], list(taped_runs(UNEVEN_4))[2]]
     values = np.full(len(unknowns.names), 0.01)
     found = [model.slopes for model in linear_runs(unknowns, values, runs)]
     for number, step in enumerate(1e-5 * np.eye(len(values))):
@@ -106,7 +106,7 @@ def test_a_point_off_the_middle_and_doubled_noise(times, seed, left):
     80 are two and a half hours of driving. By the information in five (Cramér and Rao) no calibration that is free of
     bias leaves less than 8.4 % in more than 95 of 100 cases.
     """
-    found = calibrated(tracked_runs(TRUE, seed, DOUBLED, MARKER, times), point="free")
+    found = calibrated(tracked_runs(TRUE, seed, DOUBLED, MARKER, drives(times)), point="free")
     before, after = umbmark(SHIPPED, TRUE, 0.0), umbmark(found.parameters, TRUE, 0.0)
     off = math.hypot(*np.subtract(found.point, MARKER))
     print(f"UMBmark cut by {1 - after / before:.2%}; point {1000 * off:.1f} mm off")
@@ -116,7 +116,7 @@ def test_a_point_off_the_middle_and_doubled_noise(times, seed, left):
 
 def test_an_outlying_run_loses_its_weight():
     """A robot that was lifted and set down elsewhere."""
-    runs = taped_runs(TRUE)
+    runs = list(taped_runs(TRUE))
     lifted = runs[1]._replace(poses=runs[1].poses + np.array(((0.0, 0.0, 0.0), (0.5, 0.3, 0.3))))
     found = calibrated([runs[0], lifted, *runs[2:], *taped_runs(TRUE, 50)])
     assert found.outlying == (lifted.name,)
@@ -125,21 +125,21 @@ def test_an_outlying_run_loses_its_weight():
 
 
 def test_runs_that_repeat_a_drive_are_found():
-    assert calibration_runs.repeats(taped_runs(SHIPPED) + taped_runs(SHIPPED, 50)) == [
+    assert calibration_runs.repeats([*taped_runs(SHIPPED), *taped_runs(SHIPPED, 50)]) == [
         [index, index + 6] for index in range(6)]
 
 
 def test_the_run_that_is_advised_determines_most():
     """After lines only, a turn or a square; after a hundred of everything, nothing."""
     unknowns = FreeParameters(SHIPPED)
-    name, before, after = next_run(calibrated(taped_runs(SHIPPED)[4:]), unknowns, TAPE)
+    name, before, after = next_run(calibrated(list(taped_runs(SHIPPED))[4:]), unknowns, TAPE)
     assert "sideways" not in name
     assert after < before / 2
-    assert next_run(calibrated(tracked_runs(SHIPPED, times=4)), unknowns, TAPE) is None
+    assert next_run(calibrated(tracked_runs(SHIPPED, driven=drives(4))), unknowns, TAPE) is None
 
 
 def test_only_turns_determine_where_the_point_is():
-    runs = tracked_runs(SHIPPED)
+    runs = list(tracked_runs(SHIPPED))
     assert calibration_runs.turns(runs)
     assert not calibration_runs.turns(runs[4:])
 

@@ -62,9 +62,9 @@ def tracked_run(name, times, counts, truth, seconds, deviation):
                      if counts[begin + 1:end + 1].any()]
     if not stretches:
         raise ValueError("found no packets with motion while the true pose is known")
+    poses = np.column_stack([np.interp(times[marks], truth.times, column) for column in truth.poses.T])
     first = marks[0] + 1
-    return Run(name, counts[first:marks[-1] + 1], marks + 1 - first, truth.at(times[marks]).poses, deviation,
-               np.array(stretches))
+    return Run(name, counts[first:marks[-1] + 1], marks + 1 - first, poses, deviation, np.array(stretches))
 
 
 def repeats(runs):

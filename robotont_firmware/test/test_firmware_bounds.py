@@ -183,7 +183,7 @@ def test_random_robots_stay_in_bounds(watched, robots):
 def test_what_is_refused_would_leave_the_bounds(watched, monkeypatch):
     drive = Drive(watched[1])
     monkeypatch.setattr(watched[1].bounds, "check", lambda config: None)
-    drive.numbers.FULL_EFFORT = drive.numbers.MAX_TORQUE = drive.numbers.MAX_EFFORT = 1 << 20
+    drive.numbers.MAX_LOAD = drive.numbers.MAX_EFFORT = 1 << 20
     with pytest.raises(AssertionError):
         drive.run()
 

@@ -10,13 +10,13 @@ import pyb
 
 from robotont_firmware import check_pin_profile
 from robotont_firmware.compat import micropython, ptr16, ticks_cpu, ticks_diff
+from robotont_firmware.robot_numbers import FULL_EFFORT
 
 TIMER_CLOCK = 80000000  # [Hz]
 # A note to the next start, in a backup register of the real-time clock (RTC_BKP31R): it outlives every reset but a
 # power cut, costs no file system, and MicroPython itself does not use it.
 _NOTE = 0x400028CC
 REPL_WISHED, CRASHED = 0x524F4231, 0x524F4232
-_FULL_SCALE = 4095  # of the analogue input, 3.3 V
 
 # Counter timers, for the filter registers that pyb does not reach; TIMx_CCMR1 is at 0x18 of each.
 _TIMERS = {1: 0x40012C00, 2: 0x40000000, 3: 0x40000400, 4: 0x40000800, 5: 0x40000C00, 8: 0x40013400}
@@ -26,19 +26,8 @@ _FILTER = 0xF0F0  # both inputs: 8 samples at 1/32 of the clock, 3.2 us; a state
 
 def motors_off(config):
     """Drive every pin that could turn a motor low; in reset they float (hence the pull-downs)."""
-    for wiring in config.PWM:
-        pyb.Pin(wiring[0], pyb.Pin.OUT_PP, value=0)
-    for pins in config.DIRECTIONS:
-        for pin in pins:
-            pyb.Pin(pin, pyb.Pin.OUT_PP, value=0)
-
-
-@micropython.viper
-def copy(source, target, amount: int):
-    """Copy numbers of 16 bits."""
-    there, here = ptr16(source), ptr16(target)
-    for index in range(amount):
-        here[index] = there[index]
+    for pin in check_pin_profile.motor_pins(config):
+        pyb.Pin(pin, pyb.Pin.OUT_PP, value=0)
 
 
 def start_cause():
@@ -48,11 +37,9 @@ def start_cause():
     """
     note = machine.mem32[_NOTE] & 0xFFFFFFFF
     machine.mem32[_NOTE] = 0
-    if note in (REPL_WISHED, CRASHED):
-        return "repl" if note == REPL_WISHED else "crash"
     causes = {machine.PWRON_RESET: "power", machine.HARD_RESET: "button", machine.WDT_RESET: "watchdog",
               machine.SOFT_RESET: "soft"}  # fmt: skip
-    return causes.get(machine.reset_cause(), "other")
+    return {REPL_WISHED: "repl", CRASHED: "crash"}.get(note) or causes.get(machine.reset_cause(), "other")
 
 
 def leave_note(note):
@@ -77,11 +64,10 @@ class Board:
         motors_off(config)
         self._motors = len(config.PWM)
         self._config = config
-        self._full = config.FULL_EFFORT
         self._ticks = 0  # written by the tick's interrupt alone
         self._seen = 0
-        self._latched = array("H", [0] * self._motors)  # written by the tick's interrupt alone
-        self._taken = array("H", [0] * self._motors)  # what was latched at the tick that wait_tick has seen
+        self._latched = array("H", [0] * self._motors)  # written by the tick's interrupt alone,
+        self._taken = array("H", [0] * self._motors)  # and what it wrote at the tick that wait_tick has seen
         pull = pyb.Pin.PULL_UP if config.ENCODER_PULL_UPS else pyb.Pin.PULL_NONE
         self._encoders = [_encoder(pull, *wiring).counter for wiring in config.ENCODERS]
         self._backward_encoders = array("H", [int(backward) for backward in config.BACKWARD_ENCODERS])
@@ -112,17 +98,17 @@ class Board:
 
         It resets the board when `feed` is not called within config.WATCHDOG ms, and nothing disarms it.
         """
-        config = self._config
+        config, repl = self._config, pyb.repl_uart()
         self._on_tick = self._tick  # making the bound method in the interrupt would allocate
-        self._try()
-        self._timer = pyb.Timer(config.TICK_TIMER, freq=config.RATE)
-        self._timer.callback(self._on_tick)
-        repl = pyb.repl_uart()
-        pyb.repl_uart(None)  # also keeps a 0x03 on the line from raising KeyboardInterrupt
         try:
+            self._try()
+            self._timer = pyb.Timer(config.TICK_TIMER, freq=config.RATE)
+            self._timer.callback(self._on_tick)
+            pyb.repl_uart(None)  # also keeps a 0x03 on the line from raising KeyboardInterrupt
             self._uart = pyb.UART(2, config.BAUDRATE)
             self._watchdog = machine.WDT(timeout=config.WATCHDOG)
         except Exception:
+            self.stop()
             pyb.repl_uart(repl)
             raise
 
@@ -156,7 +142,7 @@ class Board:
         while self._ticks == self._seen:
             pyb.wfi()
         interrupts = pyb.disable_irq()  # else the next tick might come in between
-        copy(self._latched, self._taken, self._motors)
+        self._latched, self._taken = self._taken, self._latched
         ticks = self._ticks
         self._began = self._tick_began
         pyb.enable_irq(interrupts)
@@ -185,7 +171,7 @@ class Board:
         forward, backward, pwm = self._outputs[wheel]
         forward(effort > 0)
         backward(effort < 0)
-        pwm((effort if effort > 0 else -effort) * self._width // self._full)
+        pwm((effort if effort > 0 else -effort) * self._width // FULL_EFFORT)
 
     @micropython.native
     def fault(self, wheel):
@@ -195,7 +181,7 @@ class Board:
 
     def _battery(self):
         """Return the battery's voltage [mV]."""
-        return self._adc.read() * self._config.BATTERY_DIVIDER // _FULL_SCALE
+        return self._adc.read() * self._config.BATTERY_DIVIDER // check_pin_profile.FULL_SCALE
 
     @micropython.native
     def read(self, buffer):

@@ -2,7 +2,7 @@
 
 `robot_numbers` makes every gain, limit and time of the loop from these; the simulator fills robot and motors in from
 the robot's folder. A profile may replace any number here by one of its own with the same name. The motor is Pololu's
-37D at 12 V. An *effort* of FULL_EFFORT is the whole battery voltage, efforts are for 12 V: BATTERY scales them.
+37D at 12 V. An *effort* of 4000 is the whole battery voltage, 100 % PWM. Efforts are for 12 V: BATTERY scales them.
 """
 
 # The robot.
@@ -20,7 +20,6 @@ EVEN = 1  # whether the wheels stand in their order at even angles: then what be
 NO_LOAD_SPEED = 9817  # [0.1 rad/s] 500 rpm behind the gear
 STALL_TORQUE = 31500  # [uN m] at 5 A
 TIME_CONSTANT = 44  # [ms] of a motor that turns a wheel in the air
-FULL_EFFORT = 4000  # [effort] 100 % PWM
 STATIC = 160  # [effort] overcomes friction: 0.2 A without load, of 5 A
 
 # Limits.
@@ -42,7 +41,7 @@ ANSWER_INTERVAL = 200  # [ms] at most one answer to a request for the identity i
 WATCHDOG = 300  # [ms] without a finished period: the board resets
 
 # One wheel driven on its own while no commands come, by the order `!test` (./robotont wheels --bring-up).
-TEST_EFFORT = 400  # [effort] 10 %; a quarter of FULL_EFFORT at most
+TEST_EFFORT = 400  # [effort] 10 %; 1000 at most
 TEST_SPEED = 300  # [1/1000 of the no-load speed] the board ends a drive that is faster
 TEST_TIME = 500  # [ms] whatever the PC does
 

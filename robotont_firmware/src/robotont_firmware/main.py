@@ -17,33 +17,27 @@ def main():
         print("# robotont_firmware safe mode: the REPL is free")
         return
     hardware = board.Board(config)
-    try:
-        controller = Controller(hardware, config, reset_cause=cause)
-        hardware.start()  # the REPL is off, the watchdog armed: from here on every error ends in a reset
-    except Exception:
-        hardware.stop()
-        raise
+    controller = Controller(hardware, config, reset_cause=cause)
+    hardware.start()  # the REPL is off, the watchdog armed: from here on every error ends in a reset
+    note, words = board.REPL_WISHED, "# repl"
     try:
         controller.start()
         micropython.heap_lock()
         try:
-            wants_repl = controller.run()
+            controller.run()
         finally:
             micropython.heap_unlock()
     except Exception as error:
         # The watchdog is no longer fed: it resets the board, and the firmware starts again, and waits for
         # a command of zeros.
-        board.leave_note(board.CRASHED)
-        line = line_of(f"# crash {error!r}")
-        hardware.write(line, len(line))
+        note, words = board.CRASHED, f"# crash {error!r}"
         raise
     finally:
         hardware.stop()
-    if wants_repl:
-        line = line_of("# repl")
+        board.leave_note(note)
+        line = line_of(words)
         hardware.write(line, len(line))
-        board.leave_note(board.REPL_WISHED)
-        machine.reset()  # the watchdog allows no REPL without it
+    machine.reset()  # the watchdog allows no REPL without it
 
 
 micropython.kbd_intr(-1)  # MicroPython allows Ctrl-C again for every file that it runs

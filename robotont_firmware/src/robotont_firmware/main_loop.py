@@ -4,7 +4,7 @@ It reaches the hardware only through a board object:
 
     wait_tick()          wait for the next period; return how many began since the last call, 0 to end
     counts(totals)       fill totals[wheel] with the encoder counters latched at that tick, 0..65535
-    drive(wheel, effort) effort -FULL_EFFORT..FULL_EFFORT; 0 lets the wheel roll
+    drive(wheel, effort) effort -FULL_EFFORT..FULL_EFFORT (robot_numbers); 0 lets the wheel roll
     fault(wheel)         True while the motor driver reports a fault
     battery()            [mV] of the motors' battery
     load()               [%] of a period, the most since the last call, that the work took
@@ -44,8 +44,7 @@ class Controller:
         numbers = robot_numbers.Numbers(config)
         self._board, self._fault = board, board.fault
         self._test_effort = config.TEST_EFFORT
-        self._every, self._shift, self._reach = numbers.every, numbers.shift, numbers.reach
-        self._gain, self._brake, self._max_torque = numbers.gain, numbers.brake, numbers.max_torque
+        self._numbers, self._every, self._brake = numbers, numbers.every, numbers.brake
         self._waited = 0  # [periods] since the last control period,
         self._waiting = array("i", [0] * wheels)  # and the edges in them
         self._timeout, self._brake_time, self._hold_time, self._test_time, self._answer_time = (
@@ -200,12 +199,14 @@ class Controller:
     @micropython.native
     def _softer(self, periods):
         """Return the gain with which the fastest wheel gets MAX_TORQUE, or less: braked alike, they stop straight."""
-        fastest = 1
+        numbers, fastest = self._numbers, 0
+        most = (numbers.reach * periods + periods - 1) >> numbers.shift  # [edges] more are no speed
         for wheel in range(self._wheels):
-            speed = (abs(self._waiting[wheel]) << self._shift) // periods
-            if fastest < speed <= self._reach:
-                fastest = speed
-        return max(0, min(self._brake, (self._max_torque << 16) // fastest - self._gain))
+            edges = abs(self._waiting[wheel])
+            if fastest < edges <= most:
+                fastest = edges
+        speed = max(1, (fastest << numbers.shift) // periods)
+        return max(0, min(self._brake, (numbers.max_torque << 16) // speed - numbers.gain))
 
     @micropython.native
     def _rest(self, periods):

@@ -6,6 +6,7 @@ and no product outgrows the board's small integers of 31 bits: the loop allocate
 result. A control period is one period, or as many as make 20 ms, where the packets come faster.
 """
 
+FULL_EFFORT = 4000  # of the whole battery voltage
 LARGEST = 0x3FFFFFFF  # the largest small integer
 MOTOR_VOLTAGE = 12000  # [mV] at which efforts hold
 MAX_PERIODS = 16  # [periods] the most missed ticks that a step makes up for; the watchdog comes before
@@ -31,8 +32,13 @@ _RANGES = (  # name, least, most
     ("STALL_TORQUE", 100, 1000000000),
     ("TIME_CONSTANT", 5, 1000),
     ("BATTERY", 9000, 30000),
-    ("BATTERY_LOW", 0, 30000),
-    ("FULL_EFFORT", 1000, 4000),
+    ("BAUDRATE", 9600, 1000000),
+    ("STATIC", 0, FULL_EFFORT // 4),
+    ("MAX_EFFORT", 1, FULL_EFFORT),
+    ("MAX_TORQUE", 1, FULL_EFFORT),
+    ("CONTINUOUS_TORQUE", 1, FULL_EFFORT),
+    ("MAX_LOAD", 1, FULL_EFFORT // 2),
+    ("TEST_EFFORT", 0, FULL_EFFORT // 4),
     ("MAX_SPEED", 10, 1000),
     ("MAX_ACCELERATION", 10, 1000),
     ("MAX_BRAKING", 10, 1000),
@@ -61,19 +67,9 @@ def check(config):
     """Raise ValueError, with what was found and what is allowed, for the first number that does not fit."""
     for name, least, most in _RANGES:
         check_number(config, name, least, most)
-    full = config.FULL_EFFORT
-    check_number(config, "STATIC", 0, full // 4)
-    for name in ("MAX_EFFORT", "MAX_TORQUE", "CONTINUOUS_TORQUE"):
-        check_number(config, name, 1, full)
-    check_number(config, "MAX_LOAD", 1, full // 2)
-    check_number(config, "TEST_EFFORT", 0, full // 4)
-    every = control_periods(config)
-    for amount, periods, most in ((LEAST_EDGES, every, 0), (MOST_EDGES, 1, 1)):
-        edges = free_speed(config, periods, 0)
-        if edges > amount if most else edges < amount:
-            bound = "most" if most else "least"
-            raise ValueError(f"config.EDGES: found {config.EDGES}, allowed: as many as make {amount} edges at {bound} "
-                             f"in {periods * 1000 // config.RATE} ms without load, not {edges}: or another RATE")
+    turns, time = config.NO_LOAD_SPEED * 100000, 10 * TURN * config.RATE  # of a motor without load, in a period
+    check_number(config, "EDGES", -(-LEAST_EDGES * time // (turns * control_periods(config))),
+                 ((MOST_EDGES + 1) * time - 1) // turns, " with this NO_LOAD_SPEED and RATE")
     slow = max(load_times(config)) // 1000
     if slow > MOST_LOAD_TIME:
         raise ValueError(f"config.GEAR: found {config.GEAR}, allowed: one with which shorted motors slow the robot to "
@@ -112,7 +108,7 @@ class Numbers:
 
     def __init__(self, config):
         check(config)
-        battery, full, wheels = config.BATTERY, config.FULL_EFFORT, config.WHEELS
+        battery, full, wheels = config.BATTERY, FULL_EFFORT, config.WHEELS
         self.every = every = control_periods(config)
         period = 1000000 * every // config.RATE  # [us]
         self.shift = 0
@@ -133,7 +129,7 @@ class Numbers:
         self.p = self.gain * min(1667, 740000 * config.TIME_CONSTANT // period) // 1000
         self.i = max(1, self.p * period // max(122000, period * 61 // 10))
         self.follow = 256 * period // (period + 20000)
-        self.max_effort, self.full = config.MAX_EFFORT, full
+        self.max_effort = config.MAX_EFFORT
         self.max_torque = min(full, at_battery(config.MAX_TORQUE, battery))
         self.continuous = min(at_battery(config.CONTINUOUS_TORQUE, battery), self.max_torque)
         self.overload = max(1, config.OVERLOAD_TIME * 1000 // period)

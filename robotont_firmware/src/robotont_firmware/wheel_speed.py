@@ -9,6 +9,7 @@ from array import array
 
 from robotont_firmware.compat import SIGN, const, micropython, ptr32
 from robotont_firmware.fault_watch import NO_FAULT, STILL, WATCHED, drive_fault, rest_fault, speed_fault, watched
+from robotont_firmware.robot_numbers import FULL_EFFORT
 
 _SOFTEST = const(7)
 _PATIENCE = const(5)  # [control periods] without an edge, after which a wheel gets more
@@ -220,7 +221,7 @@ class Pid:
             n.static, n.load, n.gain, 0 if n.coasts else n.gain, n.p, n.i, n.follow, n.lead, n.turn_lead, n.max_effort,
             n.max_torque, n.continuous, max_heat, (n.load << 16) // n.i, n.stiffness,
             (n.max_torque << 16) // n.stiffness, n.shift, n.most_edges, n.free, n.creeps, n.periods(config, 1000),
-            n.full if n.coasts else 0] + [0] * (_PLACES - HEAT))  # fmt: skip
+            FULL_EFFORT if n.coasts else 0] + [0] * (_PLACES - HEAT))  # fmt: skip
         self.overloaded = False
         self.reset(0)
 

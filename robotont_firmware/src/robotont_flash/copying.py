@@ -12,7 +12,9 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
+from robotont_firmware.check_pin_profile import motor_pins
 from robotont_flash.board_check import FlashError
 
 MACHINE = "NUCLEO-L476RG"
@@ -88,7 +90,7 @@ def stage(package, wiring, folder):
     profile.write_text("".join(f"{name} = {value!r}\n" for name, value in wiring.items()), encoding="utf-8")
     compile_file(profile, profile.with_suffix(".mpy"))
     profile.unlink()
-    pins = tuple([pwm[0] for pwm in wiring["PWM"]] + [pin for pair in wiring["DIRECTIONS"] for pin in pair])
+    pins = tuple(motor_pins(SimpleNamespace(**wiring)))
     boot = folder / "boot.py"
     text = re.sub("^MOTOR_PINS = .*", f"MOTOR_PINS = {pins!r}", boot.read_text(encoding="utf-8"), flags=re.MULTILINE)
     boot.write_text(text, encoding="utf-8")

@@ -88,7 +88,7 @@ class SimulatedBoard:
 
     def drive(self, wheel, effort):
         """Put the effort (-FULL_EFFORT..FULL_EFFORT) on a motor."""
-        self.simulation.efforts[wheel] = effort / config.FULL_EFFORT
+        self.simulation.efforts[wheel] = effort / robot_numbers.FULL_EFFORT
 
     def fault(self, _wheel):
         """No motor driver, no fault."""

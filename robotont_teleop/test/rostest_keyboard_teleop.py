@@ -23,6 +23,7 @@ from robotont_testing import places
 from robotont_testing.harness import suspended, wait_for
 from robotont_testing.node_test import NodeTest
 
+PROGRAM = places.program("robotont_teleop", "keyboard_teleop")
 STOP = (0.0, 0.0, 0.0)
 HOLD = 2.0  # [s] that one press lasts: what stops sooner has another reason
 
@@ -30,13 +31,13 @@ HOLD = 2.0  # [s] that one press lasts: what stops sooner has another reason
 class Terminal:
     """A terminal with keyboard_teleop as its only program."""
 
-    def __init__(self, *arguments):
+    def __init__(self, *arguments, program=(PROGRAM,)):
         self.shown = ""
         self._master, slave = pty.openpty()
         fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("4H", 24, 80, 0, 0))
         # the controlling terminal: Ctrl-C and SIGHUP come from it
-        self.process = subprocess.Popen(["setsid", "--ctty", str(places.program("robotont_teleop", "keyboard_teleop")),
-                                         *arguments], stdin=slave, stdout=slave, stderr=slave)
+        self.process = subprocess.Popen(["setsid", "--ctty", *map(str, program), *arguments], stdin=slave, stdout=slave,
+                                        stderr=slave)
         os.close(slave)
         threading.Thread(target=self._read, daemon=True).start()
 
@@ -79,10 +80,12 @@ class KeyboardTeleopTest(NodeTest):
     def setUpClass(cls):
         super().setUpClass()
         cls.terminal = Terminal(f"_first_hold:={HOLD}")
+        cls.lonely = Terminal("__ns:=/robot1")  # with a robot that does not exist
 
     @classmethod
     def tearDownClass(cls):
         cls.terminal.end()
+        cls.lonely.end()
 
     def setUp(self):
         super().setUp()
@@ -105,7 +108,7 @@ class KeyboardTeleopTest(NodeTest):
 
     def release(self, stops):
         """By its key, as a person does: again where a busy computer has held it up, for then it may be old."""
-        wait_for(lambda: not stops[-1].data or self.terminal.type("\x15"), "the release", period=1.0)
+        wait_for(lambda: not stops[-1].data or self.terminal.type("\x15"), "the release", period=0.3)
 
     def test_keys_drive_and_the_line_shows_it(self):
         terminal = self.terminal
@@ -246,8 +249,7 @@ class KeyboardTeleopTest(NodeTest):
 
     def test_where_nobody_listens_the_line_says_what_to_do(self):
         """As behind a robot's restart: its new master does not know these keys."""
-        terminal = Terminal("__ns:=/robot1")
-        self.addCleanup(terminal.end)
+        terminal = self.lonely
         wait_for(lambda: "no cmd_vel_mux on /robot1/cmd_vel/hand: robot started anew? Esc, keys again" in terminal.line,
                  "what to do")
         self.listen("/robot1/cmd_vel/hand", Twist)
@@ -256,7 +258,7 @@ class KeyboardTeleopTest(NodeTest):
         wait_for(lambda: "THE ROBOT HAS NOT CONFIRMED" in terminal.line, "that nobody has heard the stop")
 
     def test_without_a_terminal_it_says_so(self):
-        result = subprocess.run([places.program("robotont_teleop", "keyboard_teleop")], stdin=subprocess.DEVNULL,
+        result = subprocess.run([PROGRAM], stdin=subprocess.DEVNULL,
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=60, check=False)
         self.assertEqual((result.returncode, result.stdout.count("\n")), (1, 1), result.stdout)
         self.assertIn("no terminal to read keys from", result.stdout)

@@ -17,7 +17,6 @@ from std_srvs.srv import Trigger
 from web_client import Client
 
 from robotont_driver.ros.worker import Worker
-from robotont_testing import places
 from robotont_testing.harness import Master, free_port, suspended, wait_for
 from robotont_testing.node_test import twist
 from robotont_testing.stand_in_board import Board, speeds_of
@@ -27,8 +26,18 @@ pytestmark = [pytest.mark.timed, pytest.mark.alone]
 WITHIN = 0.1  # [s]
 BY = ("page", "keys", "topic")
 STAYS = 0.2   # [s] of zeros, after which a press by the keys is behind the zero that they send with it
+PROGRAM = """import robotont_driver.rospy_repairs.ctrl_c
+from robotont_teleop.hand import emergency_stop_publisher
+emergency_stop_publisher.HELD = 0.0
+from robotont_teleop.{} import main
+main()"""  # a hand whose press can be released at once: else each of dozens would stand for a second
 TOPICS = ("/rosout", "/tf", "/diagnostics", "/odom", "/cmd_vel", "/cmd_vel/limited", "/cmd_vel/driven_by",
           "/emergency_stop", "/emergency_stop/pressed_by", "/serial_write", "/serial_read", "/joint_states")
+
+
+def hand(module):
+    """The command of a node for driving by hand."""
+    return "/usr/bin/python3", "-c", PROGRAM.format(module)
 
 
 class Robot:
@@ -48,11 +57,11 @@ class Robot:
         self.button = rospy.Publisher("emergency_stop", Bool, queue_size=1, tcp_nodelay=True)
         wait_for(lambda: self.command.get_num_connections() and self.button.get_num_connections(), "the nodes",
                  timeout=60.0)
-        self.server = processes.start(places.program("robotont_teleop", "web_teleop_node"), f"_port:={port}", **given)
+        self.server = processes.start(*hand("web.web_teleop_node"), f"_port:={port}", **given)
         self.listener = processes.start(*find_node("rosbag", "record"), "-q", "-O", processes.folder / "bag", *TOPICS)
         self.client = Client(port).__enter__()
         self.page = wait_for(self._open, "the page", timeout=60.0, period=0.2)
-        self.keys = Terminal()
+        self.keys = Terminal(program=hand("hand.keyboard_teleop"))
         wait_for(lambda: "robot" in self.keys.line, "the keys", timeout=60.0)
         rospy.wait_for_service("emergency_stop/release", 20.0)
         self._release = rospy.ServiceProxy("emergency_stop/release", Trigger, persistent=True)
@@ -93,7 +102,7 @@ class Robot:
         return now
 
     def release(self):
-        """As a person does who asks again where he must: a press of the last second stays; it moves behind a zero."""
+        """As a person does who asks again where he must; it moves behind a zero."""
         speeds = itertools.cycle((0.0, 0.2))
 
         def moves():

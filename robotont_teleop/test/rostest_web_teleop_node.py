@@ -1,8 +1,6 @@
 #!/usr/bin/env python3
-"""The node of the page: goals from the page, https and token, its end."""
+"""The node of the page: goals, https and token, its end; a STOP over restarts, broken connections and stalls."""
 
-import contextlib
-import math
 import re
 import signal
 import subprocess
@@ -11,68 +9,118 @@ import threading
 import time
 from pathlib import Path
 
+import rospy
 import rostest
+import tf2_ros
 from actionlib_msgs.msg import GoalStatusArray
+from geometry_msgs.msg import Twist
 from move_base_msgs.msg import MoveBaseActionGoal
-from web_pages import DRIVE, MAP_TO_ODOM, POSE, STOP, YAW, PageServerTest
+from nav_msgs.msg import OccupancyGrid, Odometry
+from std_srvs.srv import Trigger
+from web_client import Client
+from web_pages import OPEN, BrowserTest, room, still, values_of
 
+from robotont_driver.kinematics.se2 import pose_of
+from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.goto_client import GOING_ON
 from robotont_testing.harness import wait_for
+from robotont_testing.node_test import WARN
+from robotont_testing.stalling_proxy import StallingProxy
 
-HERE = Path(__file__).resolve().parent
-MOVE_BASE = HERE.parents[1] / "robotont_map_navigation" / "test" / "move_base_double.py"
+MOVE_BASE = Path(__file__).resolve().parents[2] / "robotont_map_navigation" / "test" / "move_base_double.py"
+DRIVER = "driver_node: command stream"
+MAP_TO_ODOM, ODOM_TO_BASE = (1.0, 2.0, 0.0), (0.5, -0.25, 0.6)  # [m, m, rad]
+DRIVE, STOP = (0.3, 0.0, 0.0), (0.0, 0.0, 0.0)
 RUSH = 160  # commands at once, of 200 a second that a page may send
 
 
-def rush_of_commands(page):
-    """Commands at once, and again each second, for those that come too late do not drive; until the page is closed."""
-    while not page.closed:
-        page.send(*[{"kind": "drive", "time": page.time, "x": DRIVE[0], "y": DRIVE[1], "turn": DRIVE[2]}] * RUSH)
-        end = time.monotonic() + 1.0
-        while not page.closed and time.monotonic() < end:
-            time.sleep(0.01)
+class PageServerTest(BrowserTest):
+    """On the node, with odometry that stands still."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.odometry = rospy.Publisher("odom", Odometry, queue_size=1)
+        cls.moving = tf2_ros.TransformBroadcaster()
+        Worker(cls.publish_odometry)
+        cls.broadcaster = tf2_ros.StaticTransformBroadcaster()
+        cls.broadcaster.sendTransform([still("map", "odom", *MAP_TO_ODOM)])
+        cls.map = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
+        cls.map.publish(room())
+
+    @classmethod
+    def publish_odometry(cls):
+        message = Odometry(child_frame_id="base_footprint")
+        message.header.frame_id = "odom"
+        message.pose.pose.orientation.w = 1.0
+        cls.odometry.publish(message)
+        cls.moving.sendTransform(still("odom", "base_footprint", *ODOM_TO_BASE))
+        return 0.05
+
+    def setUp(self):
+        super().setUp()
+        if rospy.has_param("/web_teleop_node"):
+            rospy.delete_param("/web_teleop_node")
+        self.hand = []
+        self.listen("cmd_vel/hand", Twist, lambda message: self.hand.append(values_of(message)))
+
+    def start(self, *parameters, **environment):
+        return self.start_server(self.processes, *parameters, **environment)
+
+    def start_driver_node(self):
+        self.addCleanup(rospy.set_param, "/emergency_stop_pressed", [])
+        self.processes.node("driver_node")
+        wait_for(lambda: DRIVER in self.status, "driver_node")
+
+    def pressed(self):
+        return self.values(DRIVER)["emergency stop"] != "not pressed"
 
 
 class WebTeleopNodeTest(PageServerTest):
-    def test_a_long_press_on_the_map_sends_the_robot_there_and_stop_takes_the_goal_back(self):
+    def client_page(self):
+        """Of no browser."""
+        client = Client(self.port)
+        client.__enter__()
+        self.addCleanup(client.__exit__)
+        return client.ready_page()
+
+    def test_a_goal_on_the_map_sends_the_robot_there_and_stop_takes_it_back(self):
         goals = self.listen("move_base/goal", MoveBaseActionGoal)
         statuses = self.listen("move_base/status", GoalStatusArray)
         self.processes.start(MOVE_BASE, "cmd_vel:=cmd_vel/navigation")
-        wait_for(lambda: statuses, "move_base")
+        self.start("_oldest_command:=2.0")  # on a busy machine, too, the goal is not late
+        page = self.client_page()
+        status = lambda: page.messages["status"]  # noqa: E731
+        wait_for(lambda: status()["navigation"] and status()["frame"] == "map", "navigation, and a place on the map")
+        pose = MAP_TO_ODOM[0] + ODOM_TO_BASE[0], MAP_TO_ODOM[1] + ODOM_TO_BASE[1], ODOM_TO_BASE[2]
+        for told, real in zip(page.messages["state"]["pose"], pose):
+            self.assertAlmostEqual(told, real, places=3)
+        page.order("goal", x=2.0, y=1.0)
+        goal = wait_for(lambda: goals and goals[-1].goal.target_pose, "the goal")
+        self.assertEqual(goal.header.frame_id, "map")
+        for given, real in zip(pose_of(goal.pose), (2.0, 1.0, pose[2])):  # it looks as it looked
+            self.assertAlmostEqual(given, real, places=3)
+        wait_for(lambda: "to go" in (status()["goal"] or {"words": ""})["words"], "the way that is left")
 
         def active():
-            return [status for status in statuses[-1].status_list if status.status in GOING_ON]
-        self.start()
-        page = self.open()
-        right, up = 0.4, 0.7
-
-        def wish():
-            page.finger(1, "#view", right, up)
-            with contextlib.suppress(AssertionError):
-                return page.wait("!$('send').hidden", "the preview", 2.0)
-            page.lift()  # navigation has not been there when the press began
-        wait_for(wish, "the preview")
-        page.lift()
-        self.assertFalse(goals)
-        page.finger(1, "#send")
-        page.lift()
-        goal = wait_for(lambda: goals and goals[-1].goal.target_pose, "the goal")
-        half = page.box("#view")[2] / 2 / page.run("document.querySelector('.world').getScreenCTM().b * -1")
-        self.assertEqual(goal.header.frame_id, "map")
-        self.assertAlmostEqual(goal.pose.position.x, POSE[0] + MAP_TO_ODOM[0] + up * half, delta=0.02)
-        self.assertAlmostEqual(goal.pose.position.y, POSE[1] + MAP_TO_ODOM[1] - right * half, delta=0.02)
-        self.assertAlmostEqual(2 * math.atan2(goal.pose.orientation.z, goal.pose.orientation.w), YAW, delta=0.01)
-        page.wait("$('message').textContent.includes('to go')", "the way that is left")
+            return [one for one in statuses[-1].status_list if one.status in GOING_ON]
         wait_for(active, "an active goal")
-        page.finger(1, "#stop")
-        page.lift()
+        page.send({"kind": "stop"})
         wait_for(lambda: not active(), "the end of the goal")
-        page.wait("$('cancel').hidden", "the end of the goal on the page")
+        wait_for(lambda: status()["goal"] is None, "the end of the goal on the page")
 
     def test_its_end_amid_a_rush_of_commands_is_a_zero(self):
         """A signal meets the server at any place, in the middle of publishing a command, too."""
-        server, page = self.start(), self.page()
-        rush = threading.Thread(target=rush_of_commands, args=[page])
+        server, page = self.start(), self.client_page()
+
+        def rush_of_commands():
+            """At once, and again each second, for those that come too late do not drive; until the page is closed."""
+            while not page.closed:
+                page.send(*[dict(zip(("kind", "time", "x", "y", "turn"), ("drive", page.time, *DRIVE)))] * RUSH)
+                end = time.monotonic() + 1.0
+                while not page.closed and time.monotonic() < end:
+                    time.sleep(0.01)
+        rush = threading.Thread(target=rush_of_commands)
         rush.start()
         wait_for(lambda: len(self.hand) > RUSH / 8, "the commands", period=0)
         self.assertEqual(self.processes.stop(server, signal.SIGTERM), 0, "it has not ended by itself")
@@ -81,6 +129,53 @@ class WebTeleopNodeTest(PageServerTest):
         self.assertNotIn("Traceback", self.log.read_text())
         # once more, right behind its start: a signal that met a question to the master
         self.assertEqual(self.processes.stop(self.start(), signal.SIGTERM), 0, "it has not ended by itself")
+
+    def stop_over_a_restart(self, shown):
+        """A page on which STOP was tapped, and shown by this id, before its server ended and started again."""
+        server, page = self.start(), self.open()
+        page.finger(1, "#stop")
+        page.lift()
+        page.wait(f"!$('{shown}').hidden", "the stop")
+        self.processes.stop(server)
+        page.wait(f"!({OPEN})", "the end of the connection")
+        self.start()
+        page.wait(OPEN, "the new connection")
+        return page
+
+    def test_a_stop_outlives_the_pages_server_and_its_release_moves_nothing(self):
+        self.start_driver_node()
+        page = self.stop_over_a_restart("stopped")
+        page.wait("!$('stopped').hidden", "the stop, over a restart of the page's server")
+        page.push(1, "#move", 0.0, 0.9)
+        wait_for(lambda: self.status[DRIVER].level == WARN, "the stop")
+        rospy.ServiceProxy("emergency_stop/release", Trigger)()
+        page.wait("$('can').textContent.includes('Let go of')", "the request to let go")
+        self.assertFalse([command for command in self.hand if any(command)])
+
+    def test_a_stop_that_no_driver_has_heard_yet_outlives_the_pages_server(self):
+        page = self.stop_over_a_restart("stop_waits")
+        self.start_driver_node()
+        wait_for(self.pressed, "the stop")
+        page.wait("$('stop_waits').hidden && !$('stopped').hidden", "words about the stop")
+        rospy.ServiceProxy("emergency_stop/release", Trigger)()
+
+    def test_a_stop_that_a_broken_connection_swallows_goes_out_on_the_next(self):
+        self.start_driver_node()
+        self.start()
+        proxy = StallingProxy(self.port)
+        self.addCleanup(proxy.close)
+        page = self.open(f"http://127.0.0.1:{proxy.port}/")
+        proxy.stall()
+        page.finger(1, "#stop")
+        page.lift()
+        page.wait("$('stop_waits').offsetWidth === innerWidth", "a bar over the whole width")
+        self.assertFalse(self.pressed())
+        page.wait("window.sockets > 1", "a new connection instead of the dead one")
+        proxy.cut()
+        proxy.flow()
+        wait_for(self.pressed, "the stop")
+        page.wait("$('stop_waits').hidden", "the end of the bar")
+        page.wait("!$('stopped').hidden", "words about the stop")
 
 
 class NightlyWebTeleopNodeTest(PageServerTest):

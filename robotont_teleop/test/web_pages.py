@@ -1,17 +1,14 @@
-"""Pages in a real browser: on the node with odometry and a map that stand still, or on the whole simulated stack."""
+"""Pages of the node in a real browser, alone or on the whole simulated stack."""
 
 import math
 import time
 import unittest
 
 import rospy
-import tf2_ros
 from geometry_msgs.msg import TransformStamped, Twist
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Odometry
 from std_srvs.srv import Trigger
-from web_client import Client
 
-from robotont_driver.ros.worker import Worker
 from robotont_testing import places
 from robotont_testing.browser import CHROMIUM, PHONE, Browser
 from robotont_testing.harness import Processes, free_port, wait_for
@@ -19,9 +16,6 @@ from robotont_testing.node_test import NodeTest
 from robotont_testing.stalling_proxy import StallingProxy
 
 OPEN = "$('app')?.dataset.state === 'open'"  # not yet on the login page
-POSE, MAP_TO_ODOM = (0.5, -0.25), (1.0, 2.0)  # [m]
-YAW = 0.6             # [rad]
-DRIVE, STOP = (0.3, 0.0, 0.0), (0.0, 0.0, 0.0)
 LOG = """window.$ = (id) => document.getElementById(id);
 window.sent = [];   // [when it was sent, message, x of the newest movement then]
 window.moves = [];  // [x, when it moved, when that was handled] of each movement of a pointer
@@ -101,44 +95,6 @@ class BrowserTest(NodeTest):
     def close(self, page):
         self.pages.remove(page)
         page.close()
-
-
-class PageServerTest(BrowserTest):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.odometry = rospy.Publisher("odom", Odometry, queue_size=1)
-        cls.moving = tf2_ros.TransformBroadcaster()
-        Worker(cls.publish_odometry)
-        cls.broadcaster = tf2_ros.StaticTransformBroadcaster()
-        cls.broadcaster.sendTransform([still("map", "odom", *MAP_TO_ODOM)])
-        cls.map = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
-        cls.map.publish(room())
-
-    @classmethod
-    def publish_odometry(cls):
-        message = Odometry(child_frame_id="base_footprint")
-        message.header.frame_id = "odom"
-        message.pose.pose.orientation.w = 1.0
-        cls.odometry.publish(message)
-        cls.moving.sendTransform(still("odom", "base_footprint", *POSE, YAW))
-        return 0.05
-
-    def setUp(self):
-        super().setUp()
-        if rospy.has_param("/web_teleop_node"):
-            rospy.delete_param("/web_teleop_node")
-        self.hand = []
-        self.listen("cmd_vel/hand", Twist, lambda message: self.hand.append(values_of(message)))
-
-    def start(self, *parameters, **environment):
-        return self.start_server(self.processes, *parameters, **environment)
-
-    def page(self):
-        client = Client(self.port)
-        client.__enter__()
-        self.addCleanup(client.__exit__)
-        return client.ready_page()
 
 
 class PagesTest(BrowserTest):

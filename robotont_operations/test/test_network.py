@@ -29,6 +29,7 @@ def machines():
     except NoNamespacesError as error:
         pytest.skip(str(error))
     with two:
+        two.hosts("robot", f"127.0.0.1 localhost\n{ROBOT} robot\n")  # it does not know the laptop's name
         two.on("robot", "rosmaster", "--core", "-p", "11311", ROS_IP=ROBOT, ROS_LOG_DIR=str(two.folder), **MASTER)
         wait_for(lambda: "the master answers" in check(two, "robot", ROS_IP=ROBOT).stdout, "the master")
         yield two
@@ -49,10 +50,10 @@ def faults(done):
     return found
 
 
-def the_fault(done):
-    found = faults(done)
-    assert len(found) == 1, done.stdout
-    return found[0]
+def the_fault(machines, **environment):
+    """The one that the laptop finds."""
+    fault, = faults(check(machines, "laptop", **{"ROS_IP": LAPTOP, **environment}))
+    return fault
 
 
 @contextmanager
@@ -77,6 +78,8 @@ def test_nothing_is_wrong(machines):
 
 @pytest.mark.parametrize("environment, kind, remedy", [
     ({"ROS_IP": "10.77.0.99"}, "wrong ROS_IP/ROS_HOSTNAME: ROS_IP=10.77.0.99", "export ROS_IP=10.77.0.2"),
+    ({"ROS_HOSTNAME": "laptop"}, "wrong ROS_IP/ROS_HOSTNAME: the master's machine does not reach this one as 'laptop'",
+     "export ROS_IP=10.77.0.2"),
     *(pytest.param(*case, marks=pytest.mark.nightly) for case in (
         ({"ROS_HOSTNAME": "localhost"}, "wrong ROS_IP/ROS_HOSTNAME: ROS_HOSTNAME=localhost", "unset ROS_HOSTNAME"),
         ({"ROS_HOSTNAME": "robot", "ROS_IP": LAPTOP}, "wrong ROS_IP/ROS_HOSTNAME: ROS_HOSTNAME=robot",
@@ -94,16 +97,9 @@ def test_nothing_is_wrong(machines):
          "cable")))
 ])
 def test_wrong_settings_on_the_laptop(machines, environment, kind, remedy):
-    fault = the_fault(check(machines, "laptop", **{"ROS_IP": LAPTOP, **environment}))
+    fault = the_fault(machines, **environment)
     assert fault.startswith(kind)
     assert remedy in fault
-
-
-def test_a_name_that_the_robot_cannot_resolve(machines):
-    machines.hosts("robot", "127.0.0.1 localhost\n10.77.0.1 robot\n")
-    fault = the_fault(check(machines, "laptop", ROS_HOSTNAME="laptop"))
-    assert fault.startswith("wrong ROS_IP/ROS_HOSTNAME: the master's machine does not reach this one as 'laptop'")
-    assert "export ROS_IP=10.77.0.2" in fault
 
 
 IN = "there.* sudo ufw allow from 10.77.0.2"
@@ -116,7 +112,7 @@ IN = "there.* sudo ufw allow from 10.77.0.2"
         ("reject with icmp type admin-prohibited", f"no answer from 10.77.0.1 .*{IN}")))])
 def test_the_robots_firewall_before_the_master(machines, verdict, words):
     with firewall(machines, "robot", "tcp dport 11311", verdict):
-        assert re.match("master unreachable: " + words, the_fault(check(machines, "laptop", ROS_IP=LAPTOP)))
+        assert re.match("master unreachable: " + words, the_fault(machines))
 
 
 def registered(machines):
@@ -124,10 +120,12 @@ def registered(machines):
     return machines.run("robot", "/usr/bin/python3", "-c", ask).stdout
 
 
-def test_nothing_stays_registered(machines):
-    check(machines, "laptop", ROS_IP=LAPTOP)
-    assert "robotont_network" not in registered(machines)
+def test_one_way_traffic_and_nothing_stays_registered(machines):
     with firewall(machines, "laptop", "ct state new"):
+        fault = the_fault(machines)
+        assert fault.startswith("one-way traffic: this machine reaches 10.77.0.1, but not the other way round")
+        assert "on this machine, sudo ufw allow from 10.77.0.1" in fault
+        assert "robotont_network" not in registered(machines)
         process = machines.on("laptop", *NETWORK, ROS_IP=LAPTOP, **MASTER)
         wait_for(lambda: "robotont_network" in registered(machines), "the way back")
         process.send_signal(signal.SIGINT)
@@ -136,18 +134,10 @@ def test_nothing_stays_registered(machines):
     wait_for(lambda: not faults(check(machines, "laptop", ROS_IP=LAPTOP)), "the end of the fault", timeout=60)
 
 
-def test_one_way_traffic(machines):
-    with firewall(machines, "laptop", "ct state new"):
-        fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
-    assert fault.startswith("one-way traffic: this machine reaches 10.77.0.1, but not the other way round")
-    assert "on this machine, sudo ufw allow from 10.77.0.1" in fault
-
-
 def test_clocks_apart(machines):
     late = (*NETWORK[:1], "-c", "import sys, time; now = time.time; time.time = lambda: now() - 3; "
             "from robotont_operations.network import main; sys.argv = ['network']; main()")
-    done = machines.run("laptop", *late, **{**MASTER, "ROS_IP": LAPTOP})
-    fault = the_fault(done)
+    fault, = faults(machines.run("laptop", *late, **{**MASTER, "ROS_IP": LAPTOP}))
     ahead = re.match("clocks apart: that of 10.77.0.1 is (.*) s ahead of this machine's", fault)[1]
     assert float(ahead) == pytest.approx(3.0, abs=0.2)  # as exact as it promises, on a machine with much to do
     assert "chrony" in fault
@@ -163,7 +153,7 @@ def test_the_robot_keeps_to_itself(machines):
 def test_the_cable_is_out(machines):
     """The last one: TCP notices the end of the fault late."""
     machines.cut()
-    fault = the_fault(check(machines, "laptop", ROS_IP=LAPTOP))
+    fault = the_fault(machines)
     machines.mend()
     assert fault.startswith("master unreachable: ")
     assert "cable" in fault

@@ -7,19 +7,22 @@ with where the robot truly is. Exit status 0 only when the end pose is right wit
 import math
 import signal
 import sys
+import time
 from pathlib import Path
 
 import rospy
+from geometry_msgs.msg import Twist
 from std_msgs.msg import Float32
 
 from robotont_bringup.stack import StackError, scratch, stack
 from robotont_calibration.odometry_report import draw, sizes
 from robotont_calibration.trajectory import synchronise
-from robotont_demo.drive import drive
 from robotont_demo.recording import Recorder
-from robotont_demo.scenario import commanded_path, plan
+from robotont_demo.scenario import PERIOD, commanded_path, plan
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
+
+REST = 0.2  # [s] of standing that the odometry has to show
 
 
 def parse(words):
@@ -63,6 +66,32 @@ def run(options):
          odometry, truth, commanded_path(steps), allowed[0])
     print(f"picture: {options.picture}")
     return all(found < most for found, most in zip(error, allowed))
+
+
+def drive(steps, recorder, wait_for):
+    """Follow the Steps, then stop. wait_for: that of the `stack`, whose StackError names the missing event."""
+    command = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+    wait_for(lambda: recorder.odometry and recorder.truth and recorder.drives and command.get_num_connections(),
+             "a robot that obeys")
+    follow(steps, command)
+    wait_for(lambda: command.publish(Twist()) or recorder.stands_since, "the robot to stop")
+    wait_for(lambda: recorder.stands_since and recorder.odometry[-1][0] > recorder.stands_since + REST,
+             "the last counts")
+    before = recorder.link
+    wait_for(lambda: recorder.link is not before, "the newest diagnostics")
+
+
+def follow(steps, command):
+    """Publish one Step per period, and print each leg that is done."""
+    due = time.monotonic()
+    for number, step in enumerate(steps, 1):
+        message = Twist()
+        message.linear.x, message.linear.y, message.angular.z = step.twist
+        command.publish(message)
+        if number == len(steps) or steps[number].leg != step.leg:
+            print(f"  {100 * number / len(steps):3.0f} %  {step.leg}", flush=True)
+        due += PERIOD
+        time.sleep(max(0.0, due - time.monotonic()))
 
 
 def figures(link, error, allowed):

@@ -19,12 +19,12 @@ class Row(NamedTuple):
     words: str
 
 
-def table(alive, statuses, restarts=(), folders=None):
+def table(alive, statuses, restarts=(), folders=()):
     """Rows of the table.
 
-    alive: {node name: whether it answers} of all that the master lists; statuses: {name: (level, words, {key: value})}
-    of the newest diagnostics, whose names are "NODE: SUBJECT"; restarts: (node name, how often it was
-    started again); folders: {namespace, with slashes: the robot's folder}.
+    alive: {node name: whether it answers} of all that the master lists; statuses: {name: (level, words)} of the newest
+    diagnostics, whose names are "NODE: SUBJECT"; restarts: (node name, how often it was started again);
+    folders: {namespace, with slashes: the robot's folder}.
     """
     rows = []
     robots = sorted({re.sub(r"[^/]+$", "", node) for node in alive
@@ -42,13 +42,10 @@ def table(alive, statuses, restarts=(), folders=None):
         again += ["why: where the robot was started, or journalctl -u 'robotont*'"] if again else []
         rows.append(Row(ERROR if faults else WARN if again else OK, label + "nodes",
                         "; ".join((faults or [f"{len(own)} running"]) + again)))
-        if robot in (folders or {}):
+        if robot in folders:
             rows.append(Row(OK, label + "robot", folders[robot]))
-        board = [values["board"] for subject, _, _, values in tasks if "board" in values and subject == "link"]
-        if not any(subject == "board" for subject, *_ in tasks):
-            tasks += [("board", OK, text, {}) for text in board]
         order = {subject: place for place, subject in enumerate(SUBJECTS)}
-        for subject, level, words, _ in sorted(tasks, key=lambda one: (order.get(one[0], len(order)), one[0])):
+        for subject, level, words in sorted(tasks, key=lambda one: (order.get(one[0], len(order)), one[0])):
             rows.append(Row(level if level in range(len(WORDS)) else ERROR, label + subject, words))
         for node, subject in (("serial_com_node", "link"), ("driver_node", "command stream"),
                               ("odom_node", "wheel feedback")):

@@ -62,14 +62,10 @@ def look():
 
 
 def newest_diagnostics(duration):
-    """{name: (level, words, {key: value})} of the messages on /diagnostics within `duration` [s]."""
+    """{name: (level, words)} of the messages on /diagnostics within `duration` [s]."""
     statuses = {}
-
-    def on_diagnostics(message):
-        for status in message.status:
-            values = {pair.key: pair.value for pair in status.values}
-            statuses[status.name.lstrip("/")] = status.level, status.message, values
-    rospy.Subscriber("/diagnostics", DiagnosticArray, on_diagnostics)
+    rospy.Subscriber("/diagnostics", DiagnosticArray, lambda message: statuses.update(
+        (status.name.lstrip("/"), (status.level, status.message)) for status in message.status))
     time.sleep(duration)
     return statuses
 

@@ -241,7 +241,7 @@ def test_a_second_session_in_a_folder_keeps_the_runs_of_the_first(tmp_path, monk
         topics, *lines = (tmp_path / "runs.txt").read_text().split("\n")[:-1]
         return [Path(run).name for run in made], lines
     monkeypatch.setattr(calibration_guide, "init_tool", lambda _: None)
-    monkeypatch.setattr(calibration_guide, "_refuse_another_robot", lambda *_: None)
+    monkeypatch.setattr(calibration_guide, "running_wheels", lambda _: read_wheels(SHIPPED))
     first, kept = session("  qn")
     assert (first, kept) == (["square.bag=0,0,0", "square_clockwise.bag=0,0,0"], [f"{tmp_path}/{run}" for run in first])
     second, both = session("s  q")

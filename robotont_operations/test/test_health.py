@@ -56,4 +56,4 @@ def test_two_robots():
     rows = table(alive, statuses)
     assert Row(ERROR, "robot2: link", "unplugged") in rows
     assert Row(OK, "robot1: link", "50 packets/s") in rows
-    assert len(rows) == 9
+    assert len(rows) == 10

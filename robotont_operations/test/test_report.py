@@ -24,7 +24,6 @@ SECRET = "x7Rk hunter22 lmno"  # behind no word that means one
 def _run(tmp_path, monkeypatch, capsys):
     """Run the report; (its words, {name: contents})."""
     monkeypatch.setattr(report, "COMMANDS", {})
-    monkeypatch.setattr(report, "LINES", {})
     monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "logs"))
     monkeypatch.setenv("ROS_MASTER_URI", f"http://me:hunter22@127.0.0.1:{free_port()}")
 
@@ -39,22 +38,19 @@ def _run(tmp_path, monkeypatch, capsys):
     return run
 
 
-def test_without_a_black_box_it_says_how_to_have_one_and_a_small_archive_has_a_size(run):
-    said, _ = run()
-    assert "recorder.launch folder:=" in said
-    assert re.search(r"r\.tar\.gz: [1-9][0-9]* kB;", said)
-
-
-def test_a_command_that_fails_or_of_which_nothing_may_be_kept_is_in_the_notes(run, monkeypatch):
-    monkeypatch.setattr(report, "COMMANDS", {"a.txt": ("echo", "fine"), "b.txt": ("false",), "c.txt": ("no_such",)})
-    monkeypatch.setattr(report, "LINES", {"d.txt": (("echo", SECRET), "tty.*")})
-    _, found = run()
-    notes = next(text for name, text in found.items() if name.endswith("notes.txt"))
+def test_what_fails_or_of_which_nothing_may_be_kept_is_in_the_notes_and_a_small_archive_has_a_size(run, monkeypatch):
+    monkeypatch.setattr(report, "COMMANDS", {
+        "a.txt": (("echo", "fine"), ".*"), "b.txt": (("false",), ".*"), "c.txt": (("no_such",), ".*"),
+        "d.txt": (("echo", SECRET), "tty.*")})
+    said, found = run()
+    notes = found["r/notes.txt"]
     for words in ("b.txt: false has ended with status 1", "c.txt: ", "d.txt: echo has ended with status 0; "
-                  f"{len(SECRET) + 1} characters, of which 0 may be kept"):
+                  f"{len(SECRET) + 1} characters, of which 0 may be kept", "recorder.launch folder:="):
         assert words in notes
+        assert words in said
     assert "a.txt" not in notes
     assert "hunter22" not in notes
+    assert re.search(r"r\.tar\.gz: [1-9][0-9]* kB;", said)
 
 
 def test_logs_are_those_of_own_nodes(run, tmp_path):
@@ -116,7 +112,7 @@ def test_of_the_black_box_numbers_remain_and_what_own_nodes_say_of_themselves():
     ("journal", f"Nov 26 12:00:00.1 h env[12]: {SECRET} [driver_node-2] process has died [pid 5, exit code 1", False),
 ])
 def test_of_others_lines_are_kept_only_those_that_begin_as_one_that_is_wanted(file, line, kept):
-    assert (re.match(report.LINES[f"logs/{file}.txt"][1], line) or [""])[0] == line * kept
+    assert (re.match(report.COMMANDS[f"logs/{file}.txt"][1], line) or [""])[0] == line * kept
 
 
 def test_a_password_in_an_address_is_left_out(tmp_path):

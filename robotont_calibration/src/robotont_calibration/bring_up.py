@@ -23,9 +23,8 @@ class BringUp:
 
     needed = (2, 1)  # firmware
 
-    def __init__(self, line, wheels, clock=time.monotonic):
+    def __init__(self, line, wheels):
         self._line = line
-        self._clock = clock
         self._wheels = wheels.amount
         self._reader = Checked(wheels)
 
@@ -58,12 +57,12 @@ class BringUp:
     def _talk(self, seconds, done, words=b""):
         """Read until `done(health)` or the time is over, say the words 5 times a second; the sums of the counts."""
         sums = [0] * self._wheels
-        end, due = self._clock() + seconds, 0.0
-        while self._clock() < end and not done(self._reader.health):
-            if words and self._clock() >= due:
+        end, due = time.monotonic() + seconds, 0.0
+        while time.monotonic() < end and not done(self._reader.health):
+            if words and time.monotonic() >= due:
                 self._line.write(words)
-                due = self._clock() + 0.2
-            for packet in self._reader.feed(self._line.read(4096), self._clock()):
+                due = time.monotonic() + 0.2
+            for packet in self._reader.feed(self._line.read(4096), time.monotonic()):
                 sums = [total + count for total, count in zip(sums, packet)]
         return sums
 

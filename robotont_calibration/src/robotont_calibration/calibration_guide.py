@@ -40,7 +40,10 @@ def guide(options, wheels):
     runs = calibration_drives(wheels.pid_frequency, options.side, options.turns, options.line)
     print(f"{len(runs)} runs. Before each, mark where the robot's middle stands and where it looks, e.g. with tape.")
     robot = _Robot(options, wheels)
-    _refuse_another_robot(options, wheels)
+    if running_wheels(robot.namespace) != wheels:
+        ours = shipped() / rospy.get_param(robot.namespace + "robot", "NAME")  # a path stays what it is
+        raise ValueError(f"{options.wheel_params}: found other wheels than those of the running robot, allowed: "
+                         f"--wheel-params {ours / WHEELS}")
     for number, (name, what, room, twists) in enumerate(runs, 1):
         print(f"\nRun {number} of {len(runs)}: {what}. It needs {room}.")
         try:
@@ -68,20 +71,6 @@ def _free(folder, name):
         number += 1
         file = folder / f"{name}_{number}.bag"
     return file
-
-
-def _namespace(options):
-    """With slashes around it, of the robot whose packets come: its wheels, and its commands, are there."""
-    return rospy.resolve_name(options.packets).rpartition("/")[0] + "/"
-
-
-def _refuse_another_robot(options, wheels):
-    """Raise ValueError unless these are the wheels of the robot whose packets come."""
-    namespace = _namespace(options)
-    if running_wheels(namespace) != wheels:
-        folder = shipped() / rospy.get_param(namespace + "robot", "NAME")  # a path stays what it is
-        raise ValueError(f"{options.wheel_params}: found other wheels than those of the running robot, allowed: "
-                         f"--wheel-params {folder / WHEELS}")
 
 
 def _one_run(robot, file, twists):
@@ -122,7 +111,9 @@ class _Robot:
     def __init__(self, options, wheels):
         self._frequency = wheels.pid_frequency
         self._recording, self._messages = Recording(), []  # these: (topic, message, when it came [s])
-        self._command = rospy.Publisher(_namespace(options) + "cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
+        # of the robot whose packets come: its wheels, and its commands, are there; with slashes around it
+        self.namespace = rospy.resolve_name(options.packets).rpartition("/")[0] + "/"
+        self._command = rospy.Publisher(self.namespace + "cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
         kinds = {"packets": (options.packets, String)}
         if options.truth:
             kind = get_topic_class(rospy.resolve_name(options.truth))[0]

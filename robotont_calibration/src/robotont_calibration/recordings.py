@@ -54,7 +54,8 @@ class Recording:
     def counts(self, wheels):
         """(stamps [s] K, as odom_node gives them, counts K x n) of the packets.
 
-        Raises RecordingError unless they have n fields each.
+        They are numbered as they stand: where one was lost, the line of the stamps begins anew behind it. Raises
+        RecordingError unless they have n fields each.
         """
         if not self.packets:
             raise RecordingError("found no packets of counts")
@@ -62,22 +63,15 @@ class Recording:
         if odd:
             raise RecordingError(
                 f"found a packet of {len(odd[0])} wheels, allowed: {wheels.amount}, as in the wheel parameters")
-        arrivals, counts = map(np.array, zip(*self.packets))
-        return stamps_of(arrivals, 1.0 / wheels.pid_frequency), counts
+        clock = OdometryStamps(1.0 / wheels.pid_frequency)
+        arrivals = [round(arrival * SECOND) for arrival, _ in self.packets]
+        stamps = [clock.stamp(at, at, number) for number, at in enumerate(arrivals)]
+        return np.array(stamps) / SECOND, np.array([counts for _, counts in self.packets])
 
     def recomputed(self, wheels):
         """`Trajectory` of the odometry that these packets make with other `Wheels`, from the origin."""
         times, counts = self.counts(wheels)
         return Trajectory(times, se2.path(steps_of(wheels, counts)))
-
-
-def stamps_of(arrivals, period):
-    """[s] when packets of a `period` [s] were made that came at `arrivals` [s], as odom_node stamps them.
-
-    They are numbered as they stand: where one was lost, the line of the stamps begins anew behind it.
-    """
-    clock, arrivals = OdometryStamps(period), (round(arrival * SECOND) for arrival in arrivals.tolist())
-    return np.array([clock.stamp(at, at, number) for number, at in enumerate(arrivals)]) / SECOND
 
 
 def read_recording(path, topics):
@@ -104,7 +98,11 @@ def read_recording(path, topics):
                 raise RecordingError(f"{path}: found none of {', '.join(sorted(kinds))}; there are: "
                                      f"{', '.join(sorted(found)) or 'no topics'}")
             for topic, message, time, header in bag.read_messages(topics=list(wanted), return_connection_header=True):
-                _refuse_second(path, topic, sources, header)
+                name = header.get("callerid", "")
+                name = name.decode() if isinstance(name, bytes) else name
+                if sources.setdefault(topic, name) != name:  # of two robots' poses or packets no path is one's
+                    raise RecordingError(f"{path}: {topic}: found two nodes that publish it, {sources[topic]} and "
+                                         f"{name}, allowed: one")
                 recording.take(wanted[topic], time.to_sec(), message)
     except RecordingError:
         raise
@@ -115,12 +113,3 @@ def read_recording(path, topics):
         words = f"{type(error).__name__}: {str(error)[:200]}"
         raise RecordingError(f"{path}: no bag that can be read: {words}") from error
     return recording
-
-
-def _refuse_second(path, topic, sources, header):
-    """Raise RecordingError where a second node speaks on a topic: of two robots' poses or packets no path is one's."""
-    name = header.get("callerid", "")
-    name = name.decode() if isinstance(name, bytes) else name
-    if sources.setdefault(topic, name) != name:
-        raise RecordingError(f"{path}: {topic}: found two nodes that publish it, {sources[topic]} and {name}, allowed: "
-                             "one")

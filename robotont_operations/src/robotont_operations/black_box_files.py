@@ -65,7 +65,9 @@ class BlackBox:
 
         Returns how many were left out. A folder that was deleted is made again. Raises OSError.
         """
-        self._forget(now)
+        while self._files and (self._files[0][0] < now - self._keep
+                               or sum(size for _, size, _ in self._files) > RUN_SIZE):
+            self._drop_oldest()
         if not records:
             return 0
         self._number += 1
@@ -88,11 +90,6 @@ class BlackBox:
         flush_folder(self.folder)
         self._files.append((now, path.stat().st_size, path))
         return left_out
-
-    def _forget(self, now):
-        while self._files and (self._files[0][0] < now - self._keep
-                               or sum(size for _, size, _ in self._files) > RUN_SIZE):
-            self._drop_oldest()
 
     def _drop_oldest(self):
         if self._files:

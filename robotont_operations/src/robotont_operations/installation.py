@@ -92,13 +92,6 @@ def refuse_link(path, allowed):
         raise LinkError(f"{path} is a link to {os.readlink(str(path))}; allowed: {allowed}")
 
 
-def refuse_other(path):
-    """Raise LinkError where a path is there and no file: a link, a pipe, a device."""
-    refuse_link(path, "a file")
-    if path.exists() and not path.is_file():
-        raise LinkError(f"{path} is no file; allowed: a file")
-
-
 def read(path):
     """Text of a file in whatever encoding; written by write_file it is the same bytes again."""
     return path.read_text("utf-8", "surrogateescape")
@@ -111,8 +104,10 @@ def install(files, links, robot, root):
     name. Raises OSError; LinkError before anything is written.
     """
     paths = {name: under(root, name) for name in (*files, *links)}
-    for name in files:
-        refuse_other(paths[name])
+    for path in map(paths.get, files):
+        refuse_link(path, "a file")
+        if path.exists() and not path.is_file():  # a pipe, a device
+            raise LinkError(f"{path} is no file; allowed: a file")
     written = []
     for name, path in paths.items():
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -41,17 +41,15 @@ NUMBERS = re.compile(r"[-+\d.:;e\s]*")
 USER = re.compile(r"(?<=//)[^/\s]*@")  # and password, in an address: rospy names that of the master in every log
 PACKAGES = ("python3-rospy", "ros-noetic-rospy", "python3-numpy", "python3-serial", "rviz", "ros-noetic-rviz",
             "systemd")
-COMMANDS = {
-    "versions/system.txt": ("uname", "-srvm"),
-    "versions/packages.txt": ("dpkg-query", "-W", *PACKAGES),
-    "machine/usb.txt": ("lsusb",),
-    "machine/disk.txt": ("df", "-h", "/", "/tmp"),
-    "machine/memory.txt": ("free", "-m"),
-    "machine/addresses.txt": ("ip", "-brief", "address"),
-    "machine/services.txt": ("systemctl", "is-active", "robotont-master", "robotont", "robotont-recorder"),
-}
 HEAD = r"[\w.: -]*\[\d+\]: (?:\x1b\[\d*m)*"  # of the journal: time, host, program and its number
-LINES = {  # what of other programs' lines is kept
+COMMANDS = {  # file: (command, what of each of its lines is kept, which may be another program's)
+    "versions/system.txt": (("uname", "-srvm"), ".*"),
+    "versions/packages.txt": (("dpkg-query", "-W", *PACKAGES), ".*"),
+    "machine/usb.txt": (("lsusb",), ".*"),
+    "machine/disk.txt": (("df", "-h", "/", "/tmp"), ".*"),
+    "machine/memory.txt": (("free", "-m"), ".*"),
+    "machine/addresses.txt": (("ip", "-brief", "address"), ".*"),
+    "machine/services.txt": (("systemctl", "is-active", "robotont-master", "robotont", "robotont-recorder"), ".*"),
     "logs/kernel.txt": (("dmesg", "--ctime"),
                         r"(?:\[[^\]]*\] )?(?:(?:usb|cdc_acm) [-\d.:]+: |tty[A-Z]\w*|oom-kill:)[^=]*"),
     "logs/journal.txt": (("journalctl", "--no-pager", "--lines", "5000", "--output", "short-precise", "--unit",
@@ -76,7 +74,7 @@ class Report:
 
     def commands(self):
         """Output of the system's own commands."""
-        for name, (command, kept) in {**{name: (words, ".*") for name, words in COMMANDS.items()}, **LINES}.items():
+        for name, (command, kept) in COMMANDS.items():
             try:
                 done = subprocess.run(command, check=False, text=True, errors="replace", stdin=subprocess.DEVNULL,
                                       stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=10)

@@ -37,7 +37,6 @@ RUBBING = 76  # [1/10000 of the weight] by which rollers rub while the robot tur
 TIMEOUT = 480  # [ms] without a valid packet stop the motors
 BRAKING = 2000  # [ms] after the time-out or a fault the wheels are braked for this long, then released
 FAULT_HOLD = 500  # [ms] a fault stands for at least this long, and the fault pins must be quiet for it
-ANSWER_INTERVAL = 200  # [ms] at most one answer to a request for the identity in this time
 WATCHDOG = 300  # [ms] without a finished period: the board resets
 
 # One wheel driven on its own while no commands come, by the order `!test` (./robotont wheels --bring-up).

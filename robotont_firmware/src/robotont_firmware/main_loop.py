@@ -27,7 +27,7 @@ from robotont_firmware.protocol import Sender, line_of
 from robotont_firmware.receiver import ASK, LEAVE, TEST, Receiver
 from robotont_firmware.setpoints import Setpoints, clear, measure
 from robotont_firmware.status import BEAT, TIMED_OUT, WAITS_FOR_ZERO, WHEELS, Status
-from robotont_firmware.wheel_speed import Pid
+from robotont_firmware.wheel_speed import OVERLOADED, Pid
 
 SIMULATED = ("simulated", "test")  # causes of a start that was no reset of a board
 
@@ -47,9 +47,9 @@ class Controller:
         self._numbers, self._every, self._brake = numbers, numbers.every, numbers.brake
         self._waited = 0  # [periods] since the last control period,
         self._waiting = array("i", [0] * wheels)  # and the edges in them
-        self._timeout, self._brake_time, self._hold_time, self._test_time, self._answer_time = (
+        self._timeout, self._brake_time, self._hold_time, self._test_time = (
             robot_numbers.ticks(config, time) for time in (
-                config.TIMEOUT, config.BRAKING, config.FAULT_HOLD, config.TEST_TIME, config.ANSWER_INTERVAL))
+                config.TIMEOUT, config.BRAKING, config.FAULT_HOLD, config.TEST_TIME))
         self._test_edges = max(1, robot_numbers.free_speed(config, 1, 0) * config.TEST_SPEED // 1000)  # per period
         self._wheels = wheels
         self._receiver = Receiver(wheels)
@@ -71,7 +71,6 @@ class Controller:
         about = (f"robotont_firmware {__version__} wheels {wheels} rate {config.RATE} units edges/period "
                  f"profile {config.PROFILE} reset {reset_cause}")  # fmt: skip
         self._banner, self._identity = line_of("# " + about), line_of("# identity " + about)
-        self._answered = 0  # [periods] until the next answer
 
     def start(self):
         """Send the banner and take the encoders as they stand for the start of the count."""
@@ -134,25 +133,15 @@ class Controller:
         if counter & BEAT == 0:
             status.show(counter, flags == 0, self._fault_hold > 0)
             for wheel in range(wheels if self._fault_hold == 0 else 0):
-                status.fields[WHEELS + wheel] = OVERLOAD if self._pids[wheel].overloaded else NO_FAULT
+                status.fields[WHEELS + wheel] = OVERLOAD if self._pids[wheel].n[OVERLOADED] else NO_FAULT
         sender = self._sender
         size = sender.pack(counter - 1, self._counts, self._totals, status.fields)
         board.write(sender.buffer, size)
-        answered = self._answered
-        if answered > 0:
-            self._answered = answered - periods
-        if receiver.order != 0:
-            self._answer()
-
-    def _answer(self):
-        """Tell the PC that asks who this is; any other order that still stands is for nothing."""
-        receiver = self._receiver
         if receiver.order >= TEST:
+            receiver.order = 0  # obeyed, or for nothing
+        elif receiver.order == ASK and counter & BEAT == 0:  # not at each question: that would fill the line
             receiver.order = 0
-        elif receiver.order == ASK and self._answered <= 0:
-            receiver.order = 0
-            self._answered = self._answer_time
-            self._board.write(self._identity, len(self._identity))
+            board.write(self._identity, len(self._identity))
 
     @micropython.native
     def _receive(self, periods):

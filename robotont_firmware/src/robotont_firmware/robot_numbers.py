@@ -47,7 +47,6 @@ _RANGES = (  # name, least, most
     ("TIMEOUT", 20, 500),
     ("BRAKING", 0, 2000),
     ("FAULT_HOLD", 20, 20000),
-    ("ANSWER_INTERVAL", 20, 20000),
     ("TEST_TIME", 20, 1000),
     ("TEST_SPEED", 10, 500),
 )

@@ -10,7 +10,7 @@ BATTERY_IS_LOW = const(4)
 
 WHEELS = const(3)  # place of the first wheel's fault in the fields
 _FLAGS, _MISSED, _REFUSED = const(0), const(1), const(2)
-BEAT = const(7)  # [periods - 1, a power of 2] in which the light does not change
+BEAT = const(7)  # [periods - 1, a power of 2] in which the light does not change, and at most one question is answered
 
 
 class Status:
@@ -18,7 +18,6 @@ class Status:
 
     def __init__(self, board, config, wheels):
         self.fields = array("H", [0] * (WHEELS + wheels + 2))
-        self._volts, self._share = WHEELS + wheels, WHEELS + wheels + 1  # places
         self._battery = getattr(board, "battery", None)
         self._load = getattr(board, "load", None)
         self._light = getattr(board, "light", None)
@@ -47,9 +46,9 @@ class Status:
         self._until -= periods
         if self._until <= 0:
             self._until = self._rate
-            fields[self._volts] = min(self._mean // 10, 0xFFF)
+            fields[-2] = min(self._mean // 10, 0xFFF)
             if self._load is not None:
-                fields[self._share] = self._load()
+                fields[-1] = self._load()
 
     def show(self, counter, driven, broken):
         """Once in a beat: blink with a fault, shine while the robot is driven, flash now and then else."""

@@ -38,7 +38,7 @@ _CREEPS = const(32)
 _SECOND = const(33)
 _FULL = const(34)  # 0 with drivers that brake
 HEAT = const(35)  # and of its past: torque above the continuous one, squared and summed,
-_OVERLOADED = const(36)  # whether that is too much;
+OVERLOADED = const(36)  # whether that is too much;
 _TURNED_ROUND = const(37)  # [periods] for which it is remembered that the wheel was
 _SOFTNESS = const(38)  # halvings of what counts ask for: an encoder that counts too much makes it swing
 INTEGRAL = const(39)  # sum of errors [fine units]
@@ -173,7 +173,7 @@ def limit(numbers, effort: int, speed: int, held: int) -> int:
     n = ptr32(numbers)
     emf = 0 if n[_FULL] else n[_GAIN] * speed >> 16
     brakes = (effort < 0 and speed > n[_FOLLOWS]) or (effort > 0 and speed < 0 - n[_FOLLOWS])  # which ends soon
-    torque = n[_CONTINUOUS] if n[_OVERLOADED] and not brakes else n[_MAX_TORQUE]
+    torque = n[_CONTINUOUS] if n[OVERLOADED] and not brakes else n[_MAX_TORQUE]
     low, high = emf - torque, emf + torque
     if low > 0:
         low = -1 if effort < 0 else 0 if held <= 0 else low if low < held else held
@@ -185,8 +185,8 @@ def limit(numbers, effort: int, speed: int, held: int) -> int:
 
 
 @micropython.viper
-def warm(numbers, effort: int, speed: int, periods: int) -> int:
-    """Sum what a motor's current heats it more than its continuous one would; return 1 while that is too much.
+def warm(numbers, effort: int, speed: int, periods: int):
+    """Sum what a motor's current heats it more than its continuous one would, and note whether that is too much.
 
     That current is told as the effort that gives it at rest.
     """
@@ -198,10 +198,8 @@ def warm(numbers, effort: int, speed: int, periods: int) -> int:
     torque = (torque if torque > 0 else 0 - torque) >> 4
     kept, most = n[_CONTINUOUS] >> 4, n[_MAX_HEAT]
     heat = n[HEAT] + (torque * torque - kept * kept) * periods
-    over = 1 if heat >= most else 0
-    n[_OVERLOADED] = over
+    n[OVERLOADED] = 1 if heat >= most else 0
     n[HEAT] = most if heat > most else heat if heat > 0 else 0
-    return over
 
 
 class Pid:
@@ -210,7 +208,8 @@ class Pid:
     The reference follows the set-point as the wheel is able to, and P and I act on the difference from it alone. So a
     step does not charge the integral, and the distance comes out exact, as long as the robot is driven.
 
-    `fault` is what fault_watch found, until `reset`. `overloaded`: only the continuous current is left. `n`: its array.
+    `fault` is what fault_watch found, until `reset`. `n`: its array; where it is OVERLOADED only the
+    continuous current is left.
     """
 
     def __init__(self, config, numbers):
@@ -222,7 +221,6 @@ class Pid:
             n.max_torque, n.continuous, max_heat, (n.load << 16) // n.i, n.stiffness,
             (n.max_torque << 16) // n.stiffness, n.shift, n.most_edges, n.free, n.creeps, n.periods(config, 1000),
             FULL_EFFORT if n.coasts else 0] + [0] * (_PLACES - HEAT))  # fmt: skip
-        self.overloaded = False
         self.reset(0)
 
     @micropython.viper
@@ -235,7 +233,7 @@ class Pid:
             n[place] = 0
         n[_HELD] = 1
         self.fault = NO_FAULT
-        self.overloaded = bool(warm(self.n, 0, 0, periods))
+        warm(self.n, 0, 0, periods)
 
     @micropython.viper
     def stop(self, counts: int, periods: int, holds: int, brake: int) -> int:
@@ -258,7 +256,7 @@ class Pid:
         ahead = speed * (n[_DIRECTION] << sign >> sign)
         effort = int(against(numbers, speed, ahead, periods if holds else 0, brake))
         n[_EFFORT] = effort
-        self.overloaded = bool(warm(numbers, effort, speed, periods))
+        warm(numbers, effort, speed, periods)
         return effort
 
     @micropython.viper
@@ -293,5 +291,5 @@ class Pid:
             n[_DIRECTION] = 1 if setpoint > 0 else -1
         n[_HELD] = n[_AWAY] = 0
         n[_EFFORT] = effort
-        self.overloaded = bool(warm(numbers, effort, speed, periods))
+        warm(numbers, effort, speed, periods)
         return effort

@@ -71,7 +71,7 @@ def check_board(port):
 def ask(line):
     """Return the `Identity` that our own firmware reports; None without an answer."""
     line.write(ASK)
-    answer = wait_for_line(line, b"# identity ", 1.0) or ""
+    answer = wait_for_line(line, b"# identity ", 4.0) or ""
     return Identity.parse(answer[len("# identity "):].split(";")[0])
 
 

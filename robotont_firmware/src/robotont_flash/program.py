@@ -118,37 +118,32 @@ def confirm(wiring, on_board, yes):
         raise FlashError("The answer was another one. (Without a terminal: --yes)")
 
 
-class Flash:
-    """One board's flashing; `on_the_board` says at any time what it has."""
-
-    on_the_board = UNTOUCHED
-
-    def run(self, port, profile, yes):
-        """Flash; FlashError states what went wrong."""
-        port = board_check.find_port(port)
-        print(f"Listening on {port} ...")
-        try:
-            there = board_check.check_board(port)
-            _, wiring = choose_profile(PACKAGE, profile or (there and there.profile))
-            confirm(wiring, there and there.profile, yes)
-            with tempfile.TemporaryDirectory() as folder:
-                files = copying.stage(PACKAGE, wiring, folder)
-                print(f"{len(files)} files compile.")
-                self.on_the_board = STOPPED
-                board_check.free_repl(port)
-                copying.identify(port, files)
-                if there:
-                    print(f"The board has firmware {there.version}; it gets {new} now.")
-                copying.copy(port, files)
-                self.on_the_board = EXCHANGING
-                copying.exchange(port, files)
-            self.on_the_board = NEW
-            print(f"Copied to {port}. The board restarts.")
-            copying.mpremote(port, "reset")
-            with board_check.open_port(port) as line:
-                print(board_check.self_test(line, new, wiring["PROFILE"]))
-        except OSError as error:
-            raise FlashError(explain(port, error)) from error
+def flash(port, profile, yes):
+    """Flash; yield what the board has from then on. FlashError states what went wrong."""
+    port = board_check.find_port(port)
+    print(f"Listening on {port} ...")
+    try:
+        there = board_check.check_board(port)
+        _, wiring = choose_profile(PACKAGE, profile or (there and there.profile))
+        confirm(wiring, there and there.profile, yes)
+        with tempfile.TemporaryDirectory() as folder:
+            files = copying.stage(PACKAGE, wiring, folder)
+            print(f"{len(files)} files compile.")
+            yield STOPPED
+            board_check.free_repl(port)
+            copying.identify(port, files)
+            if there:
+                print(f"The board has firmware {there.version}; it gets {new} now.")
+            copying.copy(port, files)
+            yield EXCHANGING
+            copying.exchange(port, files)
+        yield NEW
+        print(f"Copied to {port}. The board restarts.")
+        copying.mpremote(port, "reset")
+        with board_check.open_port(port) as line:
+            print(board_check.self_test(line, new, wiring["PROFILE"]))
+    except OSError as error:
+        raise FlashError(explain(port, error)) from error
 
 
 def main():
@@ -160,16 +155,17 @@ def main():
     parser.add_argument("--check", action="store_true", help="only say whether the profile can work: needs no board")
     parser.add_argument("--robot", metavar="NAME or FOLDER", help="with --check: whether it has its numbers, too")
     options = parser.parse_args()
-    flash = Flash()
+    on_the_board = UNTOUCHED
     try:
         if options.check:
             check(options.profile, options.robot)
             return 0
-        flash.run(options.port, options.profile, options.yes)
+        for on_the_board in flash(options.port, options.profile, options.yes):  # noqa: B007 (and ends with it)
+            pass
     except FlashError as error:
-        print(error, flash.on_the_board, sep="\n", file=sys.stderr)
+        print(error, on_the_board, sep="\n", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print("", "Interrupted.", flash.on_the_board, sep="\n", file=sys.stderr)
+        print("", "Interrupted.", on_the_board, sep="\n", file=sys.stderr)
         return 130
     return 0

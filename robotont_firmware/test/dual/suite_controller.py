@@ -1,7 +1,6 @@
 """The whole loop on simulated motors: commands, packets, every way to a stop; and that it allocates nothing."""
 
 from dual_tools import (
-    ANSWER_INTERVAL,
     BLIND_TIME,
     BRAKING,
     FAULT_HOLD,
@@ -34,8 +33,8 @@ def test_identifies_itself_whenever_it_is_asked():
     robot = Robot()
     assert robot.board.sent == checked(f"# {ABOUT}"), "the banner comes first"
     for line, times, periods, answers, why in (
-        (checked("?"), 3, ANSWER_INTERVAL, 3, "each"),
-        (checked("?"), ANSWER_INTERVAL * 2, 1, 5, "answers must not fill the line"),
+        (checked("?"), 3, 8, 3, "each"),
+        (checked("?"), 20, 1, 5, "answers must not fill the line"),
         (b"?;0000\n?\n", 1, 30, 6, "one of before was still due, and none of these"),
     ):
         for _ in range(times):

@@ -93,35 +93,28 @@ class Board:
         self._began = self._tick_began = ticks_cpu()
         self._longest = 0  # [cycles] from a tick to the end of its work, since `load` was asked last
 
-    def start(self):
+    def start(self, loop):
         """From here on USART2 carries packets and no REPL, ticks come, and last the watchdog is armed.
 
-        It resets the board when `feed` is not called within config.WATCHDOG ms, and nothing disarms it.
+        It resets the board when `feed` is not called within config.WATCHDOG ms, and nothing disarms it. So the first
+        period of the `loop` comes before: an error in it ends in the REPL.
         """
         config, repl = self._config, pyb.repl_uart()
         self._on_tick = self._tick  # making the bound method in the interrupt would allocate
         try:
-            self._try()
+            self._on_tick(None)
             self._timer = pyb.Timer(config.TICK_TIMER, freq=config.RATE)
             self._timer.callback(self._on_tick)
             pyb.repl_uart(None)  # also keeps a 0x03 on the line from raising KeyboardInterrupt
             self._uart = pyb.UART(2, config.BAUDRATE)
-            self._watchdog = machine.WDT(timeout=config.WATCHDOG)
+            self.write = self._uart.write  # buffer, size; takes 87 us a byte
+            loop.start()
+            loop.step(self.wait_tick())
+            self.feed = machine.WDT(timeout=config.WATCHDOG).feed
         except Exception:
             self.stop()
             pyb.repl_uart(repl)
             raise
-
-    def _try(self):
-        """Do once what the loop does: an error ends in the REPL as long as the watchdog sleeps."""
-        self._on_tick(None)
-        self.wait_tick()
-        self.counts(array("H", [0] * self._motors))
-        for wheel in range(self._motors):
-            self.fault(wheel)
-            self.drive(wheel, 0)
-        if self._config.BATTERY_PIN is not None:
-            self._battery()
 
     @micropython.native
     def _tick(self, _):
@@ -191,15 +184,6 @@ class Board:
         if size == 0:
             return 0
         return uart.readinto(buffer, min(size, len(buffer))) or 0
-
-    def write(self, buffer, size):
-        """Send buffer[0:size]; takes 87 us a byte."""
-        self._uart.write(buffer, size)
-
-    @micropython.native
-    def feed(self):
-        """Feed the watchdog, after every period."""
-        self._watchdog.feed()
 
     def stop(self):
         """Switch the motors off for good: no pulses, then plain pins held low, also after this program."""

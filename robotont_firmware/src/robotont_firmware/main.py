@@ -18,10 +18,9 @@ def main():
         return
     hardware = board.Board(config)
     controller = Controller(hardware, config, reset_cause=cause)
-    hardware.start()  # the REPL is off, the watchdog armed: from here on every error ends in a reset
+    hardware.start(controller)  # the REPL is off, the watchdog armed: from here on every error ends in a reset
     note, words = board.REPL_WISHED, "# repl"
     try:
-        controller.start()
         micropython.heap_lock()
         try:
             controller.run()

@@ -154,7 +154,7 @@ class Controller:
         elif self._silence < self._timeout:
             self._silence += periods
             if self._silence >= self._timeout:
-                receiver.release()
+                receiver.checked = False  # another, plain PC may take over
                 clear(self._setpoints.targets, self._wheels)
                 self._braking = self._brake_time
 

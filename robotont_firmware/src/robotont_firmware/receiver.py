@@ -16,7 +16,6 @@ _NINE = const(57)
 _COLON = const(58)
 _SEMICOLON = const(59)
 _FOUR = b"\x04"  # digits
-_COUNTER_MASK = const(0x1FFFFFFF)
 _FRACTION_SCALE = const(1000000)  # six decimals are read exactly, further ones are skipped
 
 LEAVE = const(1)  # orders: stop the motors and give the line to MicroPython's REPL
@@ -83,10 +82,10 @@ class Receiver:
     """Finds commands in a stream of bytes; nothing that arrives can make it raise.
 
     The first valid checked command makes the connection checked; plain ones are refused from then on,
-    until `release`. A trailer that is there and wrong is refused always.
+    until somebody makes `checked` False. A trailer that is there and wrong is refused always.
 
     `setpoints`: the newest valid command, one integer in 1/256 unit per wheel, rounded to nearest.
-    `dropped`: lines refused since the start (modulo 2^29). `checked`: see above.
+    `dropped`: lines refused since the start, modulo 256. `checked`: see above.
     `order`: LEAVE, ASK, or TEST and what comes after it: of a valid `!repl;CCCC`, `?;CCCC`, `!test 0+;CCCC`; who obeys
     makes it 0.
     """
@@ -105,10 +104,6 @@ class Receiver:
         self._trailer = bytearray(b"CCCC\n")
         self._crc = array("H", [0])
 
-    def release(self):
-        """Forget that the connection was checked, so that another, plain PC can take over."""
-        self.checked = False
-
     @micropython.viper
     def feed(self, data, size: int) -> int:
         """Read data[0:size] (bytes); return how many valid commands ended in it. The newest one wins."""
@@ -119,9 +114,7 @@ class Receiver:
         for at in range(size):
             byte = text[at]
             if byte == _NEWLINE:
-                if length > LINE_SIZE:
-                    self._drop()
-                elif length > 0 and self._read_line(length):
+                if length > 0 and self._read_line(length):
                     accepted += 1
                 length = 0
             elif length < LINE_SIZE:
@@ -135,31 +128,22 @@ class Receiver:
     @micropython.native
     def _read_line(self, length):
         """Return True when line[0:length] is a command to obey, which then stands in `setpoints`; obey an order."""
-        self._line[length] = _NEWLINE
-        end = _read_numbers(self._line, self._scratch, self._wheels)
-        if end > 0 and self._trailer_allows(end, length):
-            self.setpoints, self._scratch = self._scratch, self.setpoints
-            return True
-        for index in range(len(self._orders)):
-            order = self._orders[index]
-            if _is(self._line, 0, order, len(order)):
-                if self.order != LEAVE:
-                    self.order = index + 1
-                return False
-        self._drop()
+        line = self._line
+        if length <= LINE_SIZE:
+            line[length] = _NEWLINE
+            end = _read_numbers(line, self._scratch, self._wheels)
+            if end > 0:
+                self._crc[0] = crc16(line, end)
+                put_hexes(self._trailer, 0, self._crc, _FOUR, 1)
+                if _is(line, end, self._trailer, 5) if length > end else not self.checked:
+                    self.checked = length > end
+                    self.setpoints, self._scratch = self._scratch, self.setpoints
+                    return True
+            for index in range(len(self._orders)):
+                order = self._orders[index]
+                if _is(line, 0, order, len(order)):
+                    if self.order != LEAVE:
+                        self.order = index + 1
+                    return False
+        self.dropped = (self.dropped + 1) & 0xFF
         return False
-
-    def _drop(self):
-        self.dropped = (self.dropped + 1) & _COUNTER_MASK
-
-    @micropython.native
-    def _trailer_allows(self, end, length):
-        """Return True when what follows the semicolon at end - 1 lets the command pass."""
-        if length == end:
-            return not self.checked
-        self._crc[0] = crc16(self._line, end)
-        put_hexes(self._trailer, 0, self._crc, _FOUR, 1)
-        if not _is(self._line, end, self._trailer, 5):
-            return False
-        self.checked = True
-        return True

@@ -32,7 +32,7 @@ class Status:
         """Bring all but the faults up to date, `periods` ticks after the last time."""
         fields = self.fields
         fields[_MISSED] = (fields[_MISSED] + periods - 1) & 0xFF
-        fields[_REFUSED] = refused & 0xFF
+        fields[_REFUSED] = refused
         if self._battery is not None:
             voltage = self._battery()
             self._mean = voltage if self._mean == 0 else self._mean + ((voltage - self._mean) >> 4)

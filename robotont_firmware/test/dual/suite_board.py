@@ -18,8 +18,10 @@ ROOT = sys.path[1] + "/robotont_firmware/"  # the runner puts src/ second
 def make(settings=None, **changes):
     """Return a board that runs, with settings or with some values changed."""
     fake_hardware.reset()
-    made = board.Board(settings or Config(**changes))
-    made.start()
+    settings = settings or Config(**changes)
+    made = board.Board(settings)
+    made.start(Controller(made, settings, reset_cause="test"))
+    UART.last.outbox = b""
     return made
 
 

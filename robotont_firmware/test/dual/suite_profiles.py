@@ -48,11 +48,10 @@ def run(settings):
     try:
         made = board.Board(settings)
         controller = Controller(made, settings, reset_cause="test")
-        made.start()
+        made.start(controller)
     except ValueError as error:
         assert not [line for line in log if line.startswith("watchdog")]
         return str(error)
-    controller.start()
     for period in range(PERIODS):
         log.clear()
         for timer in Timer.all.values():

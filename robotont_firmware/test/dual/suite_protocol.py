@@ -77,7 +77,7 @@ def test_lines_one_after_the_other():
     """Each: bytes, commands in them, then speed of all wheels and lines dropped so far."""
     longest = "1:2:3." + "0" * (LINE_SIZE - len("1:2:3.;CCCC"))
     for why, *lines in (
-        ("plain is refused after checked until release",
+        ("plain is refused after checked until it is released",
          (b"1:1:1;\n", 1, 1, 0), (checked("4:4:4"), 1, 4, 0), (b"1:1:1;\n", 0, 4, 1), (None, 0, 4, 1),
          (b"1:1:1;\n", 1, 1, 1)),
         ("the newest of several wins",
@@ -92,7 +92,7 @@ def test_lines_one_after_the_other():
         receiver = Receiver(3)
         for line, accepted, speed, dropped in lines:
             if line is None:
-                receiver.release()
+                receiver.checked = False
             else:
                 assert feed(receiver, line) == accepted, why
             assert list(receiver.setpoints) == [256 * speed] * 3, why

@@ -110,21 +110,16 @@ class Bare:
         pass
 
 
-def make(hardware):
-    made = Controller(hardware, config, reset_cause="test")
-    made.start()
-    return made
-
-
-bare = make(Bare())
+bare = Controller(Bare(), config, reset_cause="test")
+bare.start()
 print("whole period without board.py", instructions(bare.step))
 print("read one command", instructions(lambda _: bare._receiver.feed(LINE, len(LINE))))
 print("one wheel's controller", instructions(lambda _: bare._pids[0].step(-30720, -119, 1, True, 30720)))
 fields = bare._status.fields
 print("write one packet", instructions(lambda _: bare._sender.pack(77, bare._counts, bare._totals, fields)))
 hardware = board.Board(config)
-hardware.start()
-whole = make(hardware)
+whole = Controller(hardware, config, reset_cause="test")
+hardware.start(whole)
 
 
 def period(_):

@@ -171,7 +171,7 @@ def test_random_robots_stay_in_bounds(watched, robots):
     rng, ran = random.Random(1), 0
     for _ in range(robots):
         drive = Drive(watched[1])
-        for name, least, most in watched[1].bounds._RANGES:
+        for name, least, most in (*watched[1].bounds._RANGES, ("EDGES", 1, 1000000)):
             if name != "WHEELS" and rng.random() < 0.5:
                 part = rng.random()
                 drive.accepts(name, round(least * (most / least) ** part) if least else round(most * part))

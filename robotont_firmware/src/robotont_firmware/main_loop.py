@@ -155,7 +155,6 @@ class Controller:
             self._silence += periods
             if self._silence >= self._timeout:
                 receiver.checked = False  # another, plain PC may take over
-                clear(self._setpoints.targets, self._wheels)
                 self._braking = self._brake_time
 
     @micropython.native
@@ -164,7 +163,7 @@ class Controller:
         setpoints, wheels = self._setpoints, self._wheels
         if not commanded:
             clear(setpoints.now, wheels)
-        stands = setpoints.advance() == 0 or not commanded
+        stands = not commanded or setpoints.advance() == 0
         pids = self._pids
         counts = self._waiting
         brake = self._brake if commanded else self._softer(periods)

@@ -21,7 +21,6 @@ _SINES = (866, 1000, 951, 866, 782, 707)  # [1/1000] of the angle between 3 .. 8
 _RANGES = (  # name, least, most
     ("WHEELS", 3, 8),
     ("RATE", 2, 1000),
-    ("EDGES", 1, 1000000),
     ("GEAR", 10, 100000),
     ("RADIUS", 1000, 1000000),
     ("DISTANCE", 1000, 10000000),
@@ -94,11 +93,6 @@ def free_speed(config, periods, shift):
     return (config.NO_LOAD_SPEED * config.EDGES * periods * 100000 << shift) // (10 * TURN * config.RATE)
 
 
-def at_battery(value, battery):
-    """Return a gain or an effort of 12 V for a battery of `battery` mV: more volts, less duty."""
-    return value * MOTOR_VOLTAGE // battery
-
-
 class Numbers:
     """What the loop needs: speeds in fine units, gains in 1/65536 effort per fine unit, times in control periods.
 
@@ -122,15 +116,14 @@ class Numbers:
         self.reach = min(free * battery // MOTOR_VOLTAGE * 9 // 8, 2 * free - 1)
 
         gain = ((full - config.STATIC) << 16) // free
-        self.static, self.gain, self.load = (
-            at_battery(value, battery) for value in (config.STATIC, gain, config.MAX_LOAD))
+        self.static, self.gain, self.load, most, continuous = (value * MOTOR_VOLTAGE // battery for value in (
+            config.STATIC, gain, config.MAX_LOAD, config.MAX_TORQUE, config.CONTINUOUS_TORQUE))  # more volts, less duty
         self.coasts = config.DRIVER == "coast"
         self.p = self.gain * min(1667, 740000 * config.TIME_CONSTANT // period) // 1000
         self.i = max(1, self.p * period // max(122000, period * 61 // 10))
         self.follow = 256 * period // (period + 20000)
-        self.max_effort = config.MAX_EFFORT
-        self.max_torque = min(full, at_battery(config.MAX_TORQUE, battery))
-        self.continuous = min(at_battery(config.CONTINUOUS_TORQUE, battery), self.max_torque)
+        self.max_torque = min(full, most)
+        self.continuous = min(continuous, self.max_torque)
         self.overload = max(1, config.OVERLOAD_TIME * 1000 // period)
 
         mass, turn = load_times(config)

@@ -171,7 +171,7 @@ def limit(numbers, effort: int, speed: int, held: int) -> int:
     takes, `held`. What brakes shorts the motor at least, where its driver can.
     """
     n = ptr32(numbers)
-    emf = 0 if n[_FULL] else n[_GAIN] * speed >> 16
+    emf = n[_FORWARD] * speed >> 16
     brakes = (effort < 0 and speed > n[_FOLLOWS]) or (effort > 0 and speed < 0 - n[_FOLLOWS])  # which ends soon
     torque = n[_CONTINUOUS] if n[OVERLOADED] and not brakes else n[_MAX_TORQUE]
     low, high = emf - torque, emf + torque
@@ -217,8 +217,8 @@ class Pid:
         # Full torque for OVERLOAD_TIME brings a cold motor to the limit.
         max_heat = n.overload * ((n.max_torque >> 4) ** 2 - (n.continuous >> 4) ** 2)
         self.n = array("i", watched(config, n) + [
-            n.static, n.load, n.gain, 0 if n.coasts else n.gain, n.p, n.i, n.follow, n.lead, n.turn_lead, n.max_effort,
-            n.max_torque, n.continuous, max_heat, (n.load << 16) // n.i, n.stiffness,
+            n.static, n.load, n.gain, 0 if n.coasts else n.gain, n.p, n.i, n.follow, n.lead, n.turn_lead,
+            config.MAX_EFFORT, n.max_torque, n.continuous, max_heat, (n.load << 16) // n.i, n.stiffness,
             (n.max_torque << 16) // n.stiffness, n.shift, n.most_edges, n.free, n.creeps, n.periods(config, 1000),
             FULL_EFFORT if n.coasts else 0] + [0] * (_PLACES - HEAT))  # fmt: skip
         self.reset(0)

@@ -136,6 +136,7 @@ def test_a_fault_stops_all_until_a_zero_that_comes_after_it():
         efforts = robot.efforts()
         assert efforts[1] == (fault != DRIVER_FAULT), "shorted, where its driver can"
         assert max(efforts[0], efforts[2]) < 0, "the others brake"
+        assert list(robot.controller._setpoints.now) == [0, 0, 0], "a zero drives none a bit further"
         spoil(robot, False)
         robot.tick(2, "0:0:0")
         for _ in range(BRAKING // 20):

@@ -9,7 +9,6 @@ from rospy.msg import deserialize_messages, serialize_message
 from sensor_msgs.msg import Joy
 
 from robotont_teleop.hand import joy_watch
-from robotont_teleop.hand.still_pad import StillPad
 
 STOP, DEAD_MAN, RELEASE = 1, 4, 7
 
@@ -51,7 +50,7 @@ def watch(monkeypatch):
 
 
 def test_what_does_not_change_is_gone_and_any_change_brings_it_back():
-    pad = StillPad(1.5)
+    pad = joy_watch.StillPad(1.5)
     assert not pad.hear(((0.4,), (1,)), 9.0), "it may have been so for long"
     assert pad.hear(((0.5,), (1,)), 10.0)
     assert pad.hear(((0.5,), (1,)), 11.4)

@@ -161,13 +161,13 @@ class ZenohSide:
             self._loop.call_soon_threadsafe(call, *values)
 
     def _on_token(self, sample):
-        name, _, identity = str(sample.key_expr).split("/")[1:4]
+        name, _, identity = keys.parts_of(sample.key_expr)
         self._tell(self.fleet.hear_token, name, identity, sample.kind == zenoh.SampleKind.PUT, boot_time())
 
     def _on_state(self, sample):
         with contextlib.suppress(ValueError):
             state = read_state(sample.payload)
-            self._tell(self.fleet.hear_state, keys.robot_of(sample.key_expr), state, boot_time())
+            self._tell(self.fleet.hear_state, keys.parts_of(sample.key_expr)[0], state, boot_time())
 
     def _send(self, name, order):
         send(self._session, keys.order_key(name), json.dumps(order))

@@ -26,7 +26,7 @@ class FleetServer(PageServer):
         """Serve; returns the page's URL. Raises SetUpError."""
         return self.serve([(r"/robots", RobotsHandler), (r"/order", OrderHandler)], address, port, certificate)
 
-    async def metrics(self):
+    def metrics(self):
         """For Prometheus."""
         robots = self.fleet.view(boot_time())["robots"]
         return metrics([{**one, "up": one["present"] and one.get("driver") and one["age"] <= SILENT}

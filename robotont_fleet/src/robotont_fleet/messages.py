@@ -1,7 +1,6 @@
 """What robots and pages send each other as JSON, of which nothing else than expected is believed; free of network."""
 
 import json
-import math
 
 LARGEST_ORDER, LARGEST_STATE = 512, 16384  # [bytes]
 LONGEST = 200       # letters of a word
@@ -68,20 +67,16 @@ def _numbers(values, amount):
 
 
 def _whole(value):
-    return int(_sound(number(value)))
+    return int(number(value))  # of None: TypeError
 
 
 def _metres(value):
-    return float(_sound(number(value) if math.fabs(value) <= FARTHEST else None))
+    return float(number(value) if abs(value) <= FARTHEST else None)
 
 
 def _word(value):
-    return _sound(value if isinstance(value, str) and len(value) <= LONGEST else None)
-
-
-def _sound(value):
-    if value is None:
-        raise ValueError("no number, or no word")
+    if not isinstance(value, str) or len(value) > LONGEST:
+        raise ValueError("no word")
     return value
 
 

@@ -28,11 +28,6 @@ def alive_key(robot="*", identity="*"):
     return f"{OWN}/{robot}/alive/{identity}"
 
 
-def robot_of(key):
-    """Name of the robot in one of our own keys."""
-    return str(key).split("/")[1]
-
-
-def keys_of(robot):
-    """All keys of a robot, for access control."""
-    return [f"{OWN}/{robot}/**"]
+def parts_of(key):
+    """[robot, what, ...] of one of our own keys."""
+    return str(key).split("/")[1:]

@@ -7,7 +7,7 @@ import secrets
 from pathlib import Path
 
 from robotont_driver.parameters.files import alone_in, read_file, write_file
-from robotont_fleet.zenoh_keys import TEACHER, check_name, keys_of
+from robotont_fleet.zenoh_keys import OWN, TEACHER, check_name
 from robotont_teleop.web.access import read_or_make_token
 from robotont_teleop.web.page_setup import ros_home
 
@@ -64,7 +64,7 @@ def router_settings(host, port, certificate="", users=None, users_file=""):
     if TEACHER not in users:
         raise ValueError(f"{users_file}: found no {TEACHER}, allowed: NAME:PASSWORD of the page, too, which "
                          "./robotont fleet --add ROBOT ... makes")
-    keys = {name: ["**"] if name == TEACHER else keys_of(name) for name in users}
+    keys = {name: ["**"] if name == TEACHER else [f"{OWN}/{name}/**"] for name in users}
     access = {"enabled": True, "default_permission": "deny",
               "rules": [{"id": name, "permission": "allow", "messages": list(MESSAGES),
                          "flows": ["ingress", "egress"], "key_exprs": keys[name]} for name in users],

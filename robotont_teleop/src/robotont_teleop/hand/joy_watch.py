@@ -3,6 +3,7 @@
 Between joy_node, which repeats the newest state for ever, and teleop_twist_joy, which believes it.
 """
 
+import math
 
 import rospy
 from sensor_msgs.msg import Joy
@@ -14,7 +15,6 @@ from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
-from robotont_teleop.hand.still_pad import StillPad
 
 MOST_BUTTONS = 100
 MOST_WAITING = 100  # messages
@@ -29,6 +29,25 @@ PARAMETERS = (
               maximum=MOST_BUTTONS),
 )
 SILENT = 2.0  # [s] without a message of joy_node, after which there is no pad
+
+
+class StillPad:
+    """Whether a gamepad is still there. longest: [s] without a change of any stick or button, after which it is not.
+
+    A pad with a radio that is out of reach looks like one whose sticks are held still: the receiver stays plugged in,
+    and repeats nothing. So only what changes is known to be there, and not yet what was there at the start.
+    """
+
+    def __init__(self, longest):
+        self._longest = longest
+        self._state, self._changed = None, -math.inf
+
+    def hear(self, state, now):
+        """Its state at a time [s], as anything that can be compared; whether it counts as there."""
+        if state != self._state:
+            self._changed = now if self._state else -math.inf
+            self._state = state
+        return now - self._changed < self._longest
 
 
 class JoyWatch:

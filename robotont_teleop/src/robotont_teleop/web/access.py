@@ -47,11 +47,6 @@ class Access:
         self._failures = deque(maxlen=REMEMBERED)  # (time [s], address) of wrong tokens, the oldest first
 
     @property
-    def needs_token(self):
-        """Whether one has to log in."""
-        return self.token is not None
-
-    @property
     def cookie(self):
         """Value that a browser keeps once it has shown the token; the token cannot be derived from it."""
         message = f"{self.cookie_name} cookie".encode()
@@ -59,7 +54,7 @@ class Access:
 
     def admits(self, cookie):
         """Whether a browser with this cookie (a string, or None) may come in."""
-        return not self.needs_token or _same(cookie or "", self.cookie)
+        return self.token is None or _same(cookie or "", self.cookie)
 
     def log_in(self, token, address, now):
         """"in", "wrong" or "later", for a token shown by an address at time `now` [s].
@@ -69,7 +64,7 @@ class Access:
         """
         if sum(other == address and now - time < ATTEMPTS_PERIOD for time, other in self._failures) >= ATTEMPTS:
             return "later"
-        if self.needs_token and _same(token, self.token):
+        if self.token is not None and _same(token, self.token):
             return "in"
         self._failures.append((now, address))
         return "wrong"

@@ -78,7 +78,7 @@ def invitation(url, access, terminal):
     The token and its QR code for a terminal only, light on black whatever its colours are: all else may be a log that
     others read. Those are told the token's file.
     """
-    if not access.needs_token:
+    if access.token is None:
         return []
     if not terminal:
         return [f"token, asked for once: cat {access.file}"]

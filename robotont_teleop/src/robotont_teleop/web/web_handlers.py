@@ -131,10 +131,10 @@ class MetricsHandler(Guarded, tornado.web.RequestHandler):
         return super().authorised or (
             kind == "Bearer" and self.server.access.log_in(token, self.request.remote_ip, time.monotonic()) == "in")
 
-    async def get(self):
+    def get(self):
         """Called by tornado."""
         self.set_header("Content-Type", KIND)
-        await self.finish(await self.server.metrics())
+        self.finish(self.server.metrics())
 
 
 class MapHandler(Guarded, tornado.web.RequestHandler):

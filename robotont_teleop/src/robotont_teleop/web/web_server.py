@@ -124,7 +124,7 @@ class WebServer(PageServer):
             for page in tuple(self.pages):
                 page.feed(texts)
 
-    async def metrics(self):
+    def metrics(self):
         """Text for Prometheus."""
         return metrics(*self.robot.figures())
 

@@ -1,7 +1,7 @@
-"""A node beside a robot: drives at 0.2 m/s, has a place on a map, a battery, and takes goals as move_base does.
+"""A node beside a robot: drives at 0.2 m/s, has a place on a map, and takes goals as move_base does.
 
 stand_in_navigation.py LOG: writes a line for each goal and each cancel. SIGUSR1: a person beside the robot releases the
-emergency stop. SIGUSR2: the battery is empty, and with the next one it is full again.
+emergency stop.
 """
 
 import signal
@@ -10,7 +10,6 @@ import sys
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
-from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
@@ -23,7 +22,6 @@ rospy.Subscriber("move_base_simple/goal", PoseStamped, lambda message: LOG.write
     f"goal {message.pose.position.x:g} {message.pose.position.y:g}\n"))
 rospy.Subscriber("move_base/cancel", GoalID, lambda message: LOG.write(f"cancel {message.id}\n"))
 transforms = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
-battery = rospy.Publisher("battery", BatteryState, queue_size=1)
 commands = rospy.Publisher("cmd_vel", Twist, queue_size=1)
 
 
@@ -40,8 +38,6 @@ at_map.transform.translation.x, at_map.transform.rotation.w = 1.0, 1.0
 transforms.publish([at_map])
 released = []
 signal.signal(signal.SIGUSR1, lambda *_: released.append(False))  # not from there: what it interrupts may hold a lock
-charges = [0.75, 0.04]
-signal.signal(signal.SIGUSR2, lambda *_: charges.reverse())
 release = rospy.ServiceProxy("emergency_stop/release", Trigger)
 rate = rospy.Rate(10)
 while not rospy.is_shutdown():
@@ -51,5 +47,4 @@ while not rospy.is_shutdown():
     while released:
         released.pop()
         release()
-    battery.publish(BatteryState(voltage=15.2, percentage=charges[0]))
     rate.sleep()

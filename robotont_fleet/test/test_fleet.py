@@ -8,7 +8,6 @@ import subprocess
 import sys
 import threading
 import time
-import xmlrpc.client
 
 import pytest
 from fleet_rig import STATE, Rig, memory, stop_time, wait_until_driving, watch_stop
@@ -16,7 +15,6 @@ from fleet_rig import STATE, Rig, memory, stop_time, wait_until_driving, watch_s
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.zenoh_setup import zenoh
 from robotont_teleop.hand.emergency_stop_publisher import HELD
-from robotont_testing import places
 from robotont_testing.browser import CHROMIUM, Browser
 from robotont_testing.figures import percentile
 from robotont_testing.harness import wait_for
@@ -150,18 +148,6 @@ def test_who_joins_or_is_let_go_beside_stands_again_and_a_release_is_for_all_but
 
 
 @pytest.mark.long
-def test_an_empty_battery_refuses_goals(rig):
-    robot = rig.robots["r1"]
-    robot.navigation.send_signal(signal.SIGUSR2)
-    wait_for(lambda: rig.seen("r1")["battery"]["charge"] == 0.04, "the empty battery")
-    click(rig, "r1", 3.5)
-    wait_for(lambda: "goal refused: the battery is empty" in robot.words(), "the refusal")
-    robot.navigation.send_signal(signal.SIGUSR2)
-    wait_for(lambda: rig.seen("r1")["battery"]["charge"] == 0.75, "the new battery")
-    assert "goal 3.5 0" not in robot.goals()
-
-
-@pytest.mark.long
 def test_a_goal_that_waited_is_refused_without_asking_a_clock_and_one_of_now_pursued_until_the_cancel(rig):
     robot, state = rig.robots["r1"], rig.seen("r1")
     wait_for(lambda: rig.seen("r1")["number"] > state["number"] + 2500, "2 s and more")
@@ -197,14 +183,6 @@ def test_no_goal_and_no_release_is_executed_that_was_sent_before_a_cut(rig):
     assert rig.stop_state()["left"] == ["r1"]
 
 
-def test_a_goal_is_refused_while_the_emergency_stop_is_pressed(rig):
-    rig.order(kind="stop", name="r1")
-    wait_for(lambda: rig.seen("r1").get("stopped"), "the stop")
-    click(rig, "r1", 5.5)
-    wait_for(lambda: "emergency stop" in rig.seen("r1")["note"], "the refusal")
-    assert rig.robots["r2"].drives
-
-
 @pytest.mark.long
 def test_two_robots_of_one_name_are_told_and_get_no_goals_but_stops(rig):
     two = rig.start("rosrun", "robotont_fleet", "fleet_node", "__name:=second", "_robot_name:=r1",
@@ -220,23 +198,6 @@ def test_two_robots_of_one_name_are_told_and_get_no_goals_but_stops(rig):
     rig.robots["r2"].navigation.send_signal(signal.SIGUSR1)
     wait_for(lambda: rig.seen("r1").get("namesakes") == 0, "one to stay")
     assert "goal 7.5 0" not in rig.robots["r1"].goals() + rig.robots["r2"].goals()
-
-
-@pytest.mark.nightly
-def test_a_page_that_starts_after_the_fleet_node_has_its_button(rig):
-    master = xmlrpc.client.ServerProxy(rig.robots["r1"].environment["ROS_MASTER_URI"])
-    assert rig.seen("r1").get("page", "") == ""
-    master.setParam("/rig", "/web_teleop_node", {"address": "0.0.0.0", "port": 8123})
-    wait_for(lambda: rig.seen("r1").get("page", "").endswith(":8123/"), "the page's address", 30.0, period=0.3)
-
-
-@pytest.mark.nightly
-def test_a_fleet_node_without_a_driver_says_so_on_the_page(rig):
-    lost = rig.start(places.program("robotont_fleet", "fleet_node"), "_robot_name:=r9",
-                     f"_router:=tcp/127.0.0.1:{rig.router_port}", ROS_NAMESPACE="elsewhere",
-                     **rig.robots["r2"].environment)
-    wait_for(lambda: "no driver_node in /elsewhere/" in str(rig.seen("r9").get("worst")), "the words", 30.0)
-    rig.stop(lost)
 
 
 def test_garbage_from_the_network_neither_delays_a_stop_nor_fills_memory(rig):

@@ -174,5 +174,7 @@ def test_a_robot_says_whether_the_router_answers():
     with open_session(setup.router_settings("127.0.0.1", port)) as router, \
             open_session(client_settings(f"tcp/127.0.0.1:{port}")) as node._session:
         assert node._report()[1] == "connected"
+        node._robot.emergency_stop.has_driver = False
+        assert node._report()[1].startswith("no driver_node in /, so no stop and no goal reaches a robot")
         router.close()
         wait_for(lambda: node._report()[1].startswith("no answer from there: "), "the end of the connection")

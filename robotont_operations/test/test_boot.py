@@ -50,23 +50,11 @@ class BootedRobot:
                     return int(pid)
         return None
 
-    def ask(self, *command):
-        """What a ROS command prints in the machine's network; "" when it fails."""
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            done = subprocess.run(self._within("--net", *command), env=self._environment(), timeout=10, check=False,
-                                  text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-            return "" if done.returncode else done.stdout
-        return ""
-
     def run(self, *command):
-        subprocess.run(self._within("--all", "--root", "--wd", *command), check=True, timeout=60)
-
-    def _within(self, *words):
-        return ["nsenter", "--target", str(self.process("systemd\0--system")), *words]
-
-    @staticmethod
-    def _environment():
-        return {**os.environ, "ROS_MASTER_URI": "http://127.0.0.1:11311", "ROS_IP": "127.0.0.1"}
+        """What a command within the machine prints."""
+        return subprocess.run(["nsenter", "--target", str(self.process("systemd\0--system")), "--all", "--root", "--wd",
+                               "timeout", "60", *command], env={**os.environ, "ROS_MASTER_URI": "http://127.0.0.1:11311"},
+                              check=False, text=True, stdout=subprocess.PIPE).stdout
 
     def recorded_odometry(self, since):
         """Whether a file of the black box holds odometry of after a time [s]."""
@@ -168,7 +156,7 @@ def test_page_and_fleet_start_beside_the_driver(robot):
     come(robot, lambda: robot.process(DRIVER), "the driver")
     robot.run("systemctl", "start", "robotont-page", "robotont-fleet")
     come(robot, lambda: "asked for once: cat /var/lib/robotont/robotont_teleop_token" in robot.journal(), "the page")
-    come(robot, lambda: "fleet_node" in robot.ask("rosnode", "list"), "the fleet's node")
+    come(robot, lambda: "fleet_node" in robot.run("rosnode", "list"), "the fleet's node")
 
 
 def remaining(group):

@@ -40,7 +40,7 @@ RUN_BY = {
     "./robotont update": "robotont_bringup/test/test_robotont_script.py: update",
     "./robotont wheels": "robotont_calibration/test/test_turned_wheels.py: turned_wheels",
     "./robotont which": "robotont_driver/test/test_which_robot.py: which",
-    "python3 examples/plot_bag.py": "robotont_demo/test/test_plot_bag.py: plot_bag",
+    "python3 examples/plot_bag.py": "robotont_demo/test/test_examples.py: plot_bag",
     "python3 distance.py": "robotont_course/test/test_exercise.py: exercise",
     "python3 examples/square.py": "robotont_demo/test/rostest_examples.py: square",
     "python3 my_square.py": "robotont_demo/test/rostest_examples.py: square",  # its copy

@@ -60,7 +60,14 @@ def run(options):
         recorder.end()
     odometry, truth = synchronise(recorder.trajectory("odometry"), recorder.trajectory("truth"))
     error = [values[-1] for values in sizes(odometry.poses - truth.poses)]
-    for what, value in figures(recorder.link, error, allowed):
+    link = recorder.link
+    for what, value in (
+            ("packets written to the line", link["packets written"]),
+            ("packets published on serial_read", link["packets published"]),
+            ("  lines that the demo has spoilt, dropped", link["lines dropped"]),
+            ("  periods repaired from the totals", link["periods repaired"]),
+            ("end pose, odometry against truth", f"{error[0] * 1000:.2f} mm, {math.degrees(error[1]):.3f} deg"),
+            ("  allowed", f"{allowed[0] * 1000:g} mm, {math.degrees(allowed[1]):g} deg")):
         print(f"  {what:<42} {value}")
     draw(options.picture, f"A square, then a circle while turning, in the simulator, robot {options.robot.folder.name}",
          odometry, truth, commanded_path(steps), allowed[0])
@@ -92,18 +99,6 @@ def follow(steps, command):
             print(f"  {100 * number / len(steps):3.0f} %  {step.leg}", flush=True)
         due += PERIOD
         time.sleep(max(0.0, due - time.monotonic()))
-
-
-def figures(link, error, allowed):
-    """Rows (what, value) from the link's diagnostics and the errors at the end ([m], [rad])."""
-    return [
-        ("packets written to the line", link["packets written"]),
-        ("packets published on serial_read", link["packets published"]),
-        ("  lines that the demo has spoilt, dropped", link["lines dropped"]),
-        ("  periods repaired from the totals", link["periods repaired"]),
-        ("end pose, odometry against truth", f"{error[0] * 1000:.2f} mm, {math.degrees(error[1]):.3f} deg"),
-        ("  allowed", f"{allowed[0] * 1000:g} mm, {math.degrees(allowed[1]):g} deg"),
-    ]
 
 
 def main():

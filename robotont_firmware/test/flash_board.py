@@ -32,7 +32,7 @@ class Board:
         self.load, self.missed, self.totals = 49, False, ":0000:0000:0000"
         self.ticks = self.spoilt = 0
         self.machine = "NUCLEO-L476RG with STM32L476RG with MicroPython 1.24.1 for files 7942\n"
-        self.banner = f"robotont_firmware {VERSION} wheels 3 reset button"
+        self.banner = "robotont_firmware {} wheels 3 rate 50 units edges/period profile {} reset button"
         self.waiting = self.received = b""
         self.steps, self.fails = [], None
         self.files = Path(folder)
@@ -52,8 +52,7 @@ class Board:
         if len(self.steps) - 1 == self.fails:
             raise FlashError(f"mpremote {action} failed: pulled")
         if action == "reset":
-            self.waiting = sealed(self.banner) + self.packets()
-            self.profile, self.version = self.new_profile, self.new_version
+            self.waiting = sealed(self.banner.format(self.new_version, self.new_profile)) + self.packets()
         elif action == "fs":
             *sources, target = arguments[1:]
             for source in sources:

@@ -24,12 +24,6 @@ _CCMR1 = 0x18
 _FILTER = 0xF0F0  # both inputs: 8 samples at 1/32 of the clock, 3.2 us; a state lasts 100 us at 500 rpm
 
 
-def motors_off(config):
-    """Drive every pin that could turn a motor low; in reset they float (hence the pull-downs)."""
-    for pin in check_pin_profile.motor_pins(config):
-        pyb.Pin(pin, pyb.Pin.OUT_PP, value=0)
-
-
 def start_cause():
     """Return why the board started, in one word, and forget the note. `repl`: the last run was asked for it.
 
@@ -61,7 +55,8 @@ class Board:
 
     def __init__(self, config):
         check_pin_profile.check(config)
-        motors_off(config)
+        self._motor_pins = check_pin_profile.motor_pins(config)
+        self._hold()
         self._motors = len(config.PWM)
         self._config = config
         self._ticks = 0  # written by the tick's interrupt alone
@@ -189,7 +184,12 @@ class Board:
         """Switch the motors off for good: no pulses, then plain pins held low, also after this program."""
         for motor in range(self._motors):
             self.drive(motor, 0)
-        motors_off(self._config)
+        self._hold()
+
+    def _hold(self):
+        """Drive every pin that could turn a motor low; in reset they float (hence the pull-downs)."""
+        for pin in self._motor_pins:
+            pyb.Pin(pin, pyb.Pin.OUT_PP, value=0)
 
 
 def _encoder(pull, pin_a, pin_b, timer, function):

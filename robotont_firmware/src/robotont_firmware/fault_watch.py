@@ -42,13 +42,12 @@ _BEFORE = const(9)  # the speed of the period before,
 _TURNED = const(10)  # [periods] that its turns are remembered;
 _WANTED = const(11)  # the way [fine units] that is wanted,
 _MADE = const(12)  # and that is made, and an edge: so it is never negative
-WATCHED = const(13)  # places
 
 
 def watched(config, numbers):
-    """Return the first numbers of a wheel's array, for the `Numbers` of its configuration."""
+    """Return the first numbers of a wheel's array, up to STILL, for the `Numbers` of its configuration."""
     return [numbers.follows, numbers.periods(config, TIME), numbers.periods(config, WRONG_TIME), numbers.reach,
-            1 << numbers.shift, numbers.periods(config, FORGET)] + [0] * (WATCHED - STILL)  # fmt: skip
+            1 << numbers.shift, numbers.periods(config, FORGET)]  # fmt: skip
 
 
 @micropython.viper

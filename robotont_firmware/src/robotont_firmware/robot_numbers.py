@@ -124,7 +124,9 @@ class Numbers:
         self.follow = 256 * period // (period + 20000)
         self.max_torque = min(full, most)
         self.continuous = min(continuous, self.max_torque)
-        self.overload = max(1, config.OVERLOAD_TIME * 1000 // period)
+        # Full torque for OVERLOAD_TIME brings a cold motor to the limit.
+        self.max_heat = max(1, config.OVERLOAD_TIME * 1000 // period) * (
+            (self.max_torque >> 4) ** 2 - (self.continuous >> 4) ** 2)
 
         mass, turn = load_times(config)
         own = max(0, 1000 * config.TIME_CONSTANT + LAG - period // 2)

@@ -7,7 +7,7 @@ from array import array
 
 from robotont_firmware.compat import SIGN, const, micropython, ptr16, ptr32
 
-_REFERENCE = const(40)  # of wheel_speed
+_REFERENCE = const(14)  # of wheel_speed
 
 
 class Setpoints:

@@ -8,51 +8,50 @@ than to calculate with it.
 from array import array
 
 from robotont_firmware.compat import SIGN, const, micropython, ptr32
-from robotont_firmware.fault_watch import NO_FAULT, STILL, WATCHED, drive_fault, rest_fault, speed_fault, watched
+from robotont_firmware.fault_watch import NO_FAULT, STILL, drive_fault, rest_fault, speed_fault, watched
 from robotont_firmware.robot_numbers import FULL_EFFORT
 
 _SOFTEST = const(7)
 _PATIENCE = const(5)  # [control periods] without an edge, after which a wheel gets more
 
 _FOLLOWS = const(0)  # places in the array: those of fault_watch,
-_STATIC = const(13)  # of the configuration,
-_LOAD = const(14)
-_GAIN = const(15)
-_FORWARD = const(16)  # what a speed more takes
-_P = const(17)
-_I = const(18)
-_FOLLOW = const(19)
-_LEAD = const(20)
-_TURN_LEAD = const(21)
-_MAX_EFFORT = const(22)
-_MAX_TORQUE = const(23)
-_CONTINUOUS = const(24)
-_MAX_HEAT = const(25)
-_MAX_INTEGRAL = const(26)
-_STIFFNESS = const(27)
-_MOST_AWAY = const(28)
-_SHIFT = const(29)
-_MOST_EDGES = const(30)
-_FREE = const(31)
-_CREEPS = const(32)
-_SECOND = const(33)
-_FULL = const(34)  # 0 with drivers that brake
-HEAT = const(35)  # and of its past: torque above the continuous one, squared and summed,
-OVERLOADED = const(36)  # whether that is too much;
-_TURNED_ROUND = const(37)  # [periods] for which it is remembered that the wheel was
-_SOFTNESS = const(38)  # halvings of what counts ask for: an encoder that counts too much makes it swing
-INTEGRAL = const(39)  # sum of errors [fine units]
-REFERENCE = const(40)  # the speed that the wheel should have at the end of the period
-MEAN = const(41)  # and on the mean over it, which its edges are
-_SPEED = const(42)
-_EFFORT = const(43)
-_EXCESS = const(44)  # that it asked for above seven eighths of MAX_LOAD, or that its limits took away
-_DIRECTION = const(45)  # in which it was driven last
-_HELD = const(46)  # whether it came to rest, and is kept there
-_IDLE = const(47)  # [periods] without an edge
-_AWAY = const(48)  # [fine units] by which it was moved while it should stand
-_PROVED = const(49)  # whether it was seen to follow its effort
-_PLACES = const(50)
+INTEGRAL = const(13)  # of its past: sum of errors [fine units]
+REFERENCE = const(14)  # the speed that the wheel should have at the end of the period
+MEAN = const(15)  # and on the mean over it, which its edges are
+_SPEED = const(16)
+_EFFORT = const(17)
+_EXCESS = const(18)  # that it asked for above seven eighths of MAX_LOAD, or that its limits took away
+_DIRECTION = const(19)  # in which it was driven last
+_HELD = const(20)  # whether it came to rest, and is kept there
+_IDLE = const(21)  # [periods] without an edge
+_AWAY = const(22)  # [fine units] by which it was moved while it should stand
+_PROVED = const(23)  # whether it was seen to follow its effort
+HEAT = const(24)  # and what `reset` keeps of it: torque above the continuous one, squared and summed,
+OVERLOADED = const(25)  # whether that is too much;
+_TURNED_ROUND = const(26)  # [periods] for which it is remembered that the wheel was
+_SOFTNESS = const(27)  # halvings of what counts ask for: an encoder that counts too much makes it swing
+_STATIC = const(28)  # and of the configuration
+_LOAD = const(29)
+_GAIN = const(30)
+_FORWARD = const(31)  # what a speed more takes
+_P = const(32)
+_I = const(33)
+_FOLLOW = const(34)
+_LEAD = const(35)
+_TURN_LEAD = const(36)
+_MAX_EFFORT = const(37)
+_MAX_TORQUE = const(38)
+_CONTINUOUS = const(39)
+_MAX_HEAT = const(40)
+_MAX_INTEGRAL = const(41)
+_STIFFNESS = const(42)
+_MOST_AWAY = const(43)
+_SHIFT = const(44)
+_MOST_EDGES = const(45)
+_FREE = const(46)
+_CREEPS = const(47)
+_SECOND = const(48)
+_FULL = const(49)  # 0 with drivers that brake
 
 
 @micropython.viper
@@ -214,22 +213,18 @@ class Pid:
 
     def __init__(self, config, numbers):
         n = numbers
-        # Full torque for OVERLOAD_TIME brings a cold motor to the limit.
-        max_heat = n.overload * ((n.max_torque >> 4) ** 2 - (n.continuous >> 4) ** 2)
-        self.n = array("i", watched(config, n) + [
+        self.n = array("i", watched(config, n) + [0] * (_STATIC - STILL) + [
             n.static, n.load, n.gain, 0 if n.coasts else n.gain, n.p, n.i, n.follow, n.lead, n.turn_lead,
-            config.MAX_EFFORT, n.max_torque, n.continuous, max_heat, (n.load << 16) // n.i, n.stiffness,
+            config.MAX_EFFORT, n.max_torque, n.continuous, n.max_heat, (n.load << 16) // n.i, n.stiffness,
             (n.max_torque << 16) // n.stiffness, n.shift, n.most_edges, n.free, n.creeps, n.periods(config, 1000),
-            FULL_EFFORT if n.coasts else 0] + [0] * (_PLACES - HEAT))  # fmt: skip
+            FULL_EFFORT if n.coasts else 0])  # fmt: skip
         self.reset(0)
 
     @micropython.viper
     def reset(self, periods: int):
         """Forget the past: no integral, no suspicion, motor off (and cooling) until it is driven again."""
         n = ptr32(self.n)
-        for place in range(int(STILL), int(WATCHED)):
-            n[place] = 0
-        for place in range(INTEGRAL, _PLACES):
+        for place in range(int(STILL), HEAT):
             n[place] = 0
         n[_HELD] = 1
         self.fault = NO_FAULT

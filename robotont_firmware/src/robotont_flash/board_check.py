@@ -13,6 +13,7 @@ from robotont_driver.protocol.protocol import PacketError
 BAUDRATE = 115200
 LEAVE = b"\n" + add_checksum("!repl;")  # asks the running firmware for the REPL
 ASK = b"\n" + QUESTION
+PATIENCE = 1.0  # [s] for the rest of a line
 LISTENING = 1.5  # [s] the official firmware sends something every 20 ms
 ST_LINK = "0483:"  # USB vendor
 PACKETS = 50  # of a self-test
@@ -41,11 +42,6 @@ def find_port(requested):
     return ports[0]
 
 
-def open_port(port):
-    """Return a context of the open port, which no other program has. Raises OSError."""
-    return opened(port, BAUDRATE, 0.1)
-
-
 def check_board(port):
     """Listen before anything is written; return the `Identity` of our own firmware, None where none is reported.
 
@@ -61,58 +57,48 @@ def check_board(port):
     for name in found - {Checked.name}:
         raise FlashError(NO_FLASHING.format(port=port, firmware=explained(name)))
     if found:
-        with open_port(port) as line:
-            return ask(line)
+        with opened(port, BAUDRATE, PATIENCE) as line:
+            line.write(ASK)
+            answer = wait_for_line(line, b"# identity ", 4.0) or ""
+            return Identity.parse(answer[len("# identity "):].split(";")[0])
     if any(line.strip() for line in received.split(b"\n")[:-1]):  # the last one is not whole
         raise FlashError(UNKNOWN.format(port=port, heard=listener.heard))
     return None
 
 
-def ask(line):
-    """Return the `Identity` that our own firmware reports; None without an answer."""
-    line.write(ASK)
-    answer = wait_for_line(line, b"# identity ", 4.0) or ""
-    return Identity.parse(answer[len("# identity "):].split(";")[0])
-
-
 def wait_for_line(line, start, seconds):
     """Return the first line that begins with `start`, or None when the time is over."""
-    rest = b""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        rest += line.read_until(b"\n")  # not further: the next line is for the next wait
-        if rest.endswith(b"\n"):
-            if rest.startswith(start):
-                return rest.strip().decode("ascii", "replace")
-            rest = b""
+        text = line.read_until(b"\n")  # not further: the next line is for the next wait
+        if text.startswith(start) and text.endswith(b"\n"):
+            return text.strip().decode("ascii", "replace")
     return None
 
 
 def free_repl(port):
     """Ask a running firmware to stop its motors and leave the REPL free; without one nothing happens."""
-    with open_port(port) as line:
+    with opened(port, BAUDRATE, PATIENCE) as line:
         line.write(LEAVE)
         if wait_for_line(line, b"# repl", 1.0):
             print("The running firmware stops and gives the REPL.")
             wait_for_line(line, b"# robotont_firmware safe mode", 5.0)
 
 
-def self_test(line, version, profile):
+def self_test(port, version, profile):
     """Return what the board reports about itself, in words; FlashError for what is not as it should be."""
-    banner = wait_for_line(line, b"# robotont_firmware", 5.0)
-    if banner is None:
-        raise FlashError("The board does not introduce itself. See its output: mpremote connect PORT")
-    identity = ask(line)
-    if identity is None or (identity.version, identity.profile) != (version, profile):
-        raise FlashError(f"The board should have firmware {version} with profile {profile}, and reports {identity}.")
-    packets = []
-    try:
-        while len(packets) <= PACKETS:
-            text = wait_for_line(line, b"", 1.0) or ""
-            if not text.startswith("#"):
-                packets.append(CheckedPacket(text, identity.wheels))
-    except PacketError as error:
-        raise FlashError(f"Self-test failed: after {len(packets)} packets came {error}.") from error
+    with opened(port, BAUDRATE, PATIENCE) as line:
+        banner = wait_for_line(line, b"# robotont_firmware", 5.0) or "# nothing"
+        identity = Identity.parse(banner[len("# "):].split(";")[0])
+        if identity is None or (identity.version, identity.profile) != (version, profile):
+            raise FlashError(f"The board should introduce itself, with firmware {version} and profile {profile}: found "
+                             f"{banner}. See its output: mpremote connect {port}")  # fmt: skip
+        packets = []
+        try:
+            while len(packets) <= PACKETS:
+                packets.append(CheckedPacket(wait_for_line(line, b"", PATIENCE) or "", identity.wheels))
+        except PacketError as error:
+            raise FlashError(f"Self-test failed: after {len(packets)} packets came {error}.") from error
     lost = sum(after.missed_since(before)[0] for before, after in zip(packets, packets[1:]))
     ticks = (packets[-1].status.missed - packets[0].status.missed) % 256
     load = max(packet.status.load for packet in packets)

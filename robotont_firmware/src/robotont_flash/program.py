@@ -140,8 +140,7 @@ def flash(port, profile, yes):
         yield NEW
         print(f"Copied to {port}. The board restarts.")
         copying.mpremote(port, "reset")
-        with board_check.open_port(port) as line:
-            print(board_check.self_test(line, new, wiring["PROFILE"]))
+        print(board_check.self_test(port, new, wiring["PROFILE"]))
     except OSError as error:
         raise FlashError(explain(port, error)) from error
 

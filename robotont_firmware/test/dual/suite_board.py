@@ -9,7 +9,7 @@ from fake_hardware import ADC, UART, WDT, Machine, Pyb, Reset, Timer, levels, lo
 
 fake_hardware.install()
 
-from robotont_firmware import board, config, pin_profile_robotont21  # noqa: E402
+from robotont_firmware import board, check_pin_profile, config, pin_profile_robotont21  # noqa: E402
 from robotont_firmware.main_loop import Controller  # noqa: E402
 
 ROOT = sys.path[1] + "/robotont_firmware/"  # the runner puts src/ second
@@ -152,6 +152,28 @@ def test_line():
 def motor_pins_are_low():
     names = ("PC6", "PC7", "PC8", "PB8", "PB9", "PB12", "PB13", "PB14", "PB15")
     return all(pins[name][0] == "out" and levels[name] == 0 for name in names)
+
+
+class StillPin:
+    """Stands in for Pin, and allocates nothing."""
+
+    OUT_PP = "out"
+
+    def __call__(self, name, mode, value):
+        levels[name] = value
+
+
+def test_the_stop_allocates_nothing():
+    made, before = make(), Pyb.Pin
+    for name in check_pin_profile.motor_pins(config):
+        levels[name] = 1
+    Pyb.Pin = StillPin()
+    try:
+        with Locked():
+            made.stop()
+    finally:
+        Pyb.Pin = before
+    assert [levels[name] for name in check_pin_profile.motor_pins(config)] == [0] * 9
 
 
 def run_main(lines, look=None, cause=2):

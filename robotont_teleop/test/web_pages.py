@@ -18,15 +18,10 @@ from robotont_testing.stalling_proxy import StallingProxy
 OPEN = "$('app')?.dataset.state === 'open'"  # not yet on the login page
 LOG = """window.$ = (id) => document.getElementById(id);
 window.sent = [];   // [when it was sent, message, x of the newest movement then]
-window.moves = [];  // [x, when it moved, when that was handled] of each movement of a pointer
+window.newest = null; // x of the newest movement of a pointer
 window.sockets = 0;
-const now = () => performance.timeOrigin + performance.now();
-let newest = null;
 for (const kind of ['pointerrawupdate', 'pointermove']) {
-  window.addEventListener(kind, (event) => {
-    newest = event.clientX;
-    window.moves.push([newest, performance.timeOrigin + event.timeStamp, now()]);
-  }, true);
+  window.addEventListener(kind, (event) => (window.newest = event.clientX), true);
 }
 window.WebSocket = class extends WebSocket {
   constructor(...given) {
@@ -35,7 +30,7 @@ window.WebSocket = class extends WebSocket {
   }
 
   send(text) {
-    window.sent.push([now(), text, newest]);
+    window.sent.push([performance.timeOrigin + performance.now(), text, window.newest]);
     super.send(text);
   }
 };"""

@@ -88,12 +88,7 @@ class GuardedDrive:
     def gap(self, *pose):
         """[m] between the footprint, at a pose or where it is, and the next box."""
         x, y, _ = pose or self.simulation.pose()
-        return min(self._distance(box, x, y) for box in self._boxes) - RADIUS if self._boxes else math.inf
-
-    @staticmethod
-    def _distance(box, x, y):
-        place = complex(x - box.x, y - box.y) * np.exp(-1j * box.yaw)
-        return math.hypot(max(0.0, abs(place.real) - box.length / 2), max(0.0, abs(place.imag) - box.width / 2))
+        return min((box.distance(x, y) for box in self._boxes), default=math.inf) - RADIUS
 
     def _look(self, at):
         """Arguments of `Guard.see`."""
@@ -102,22 +97,16 @@ class GuardedDrive:
         readings = []
         for sensor, (distance, bearing, view) in enumerate(SENSORS):
             pose = (distance * math.cos(bearing), -distance * math.sin(bearing), -view)
-            ranges = np.full(len(CONE), min(self._ray(compose(self.simulation.pose(), pose), ray)
-                                            for ray in np.linspace(CONE[0], CONE[-1], 15)))
+            ranges = np.full(len(CONE), self._nearest(compose(self.simulation.pose(), pose)))
             ranges[ranges < CONE_BOUNDS[0]] = -math.inf
             readings.append((sensor, place(*pose), CONE, ranges, CONE_BOUNDS, at))
         return readings
 
-    def _ray(self, pose, angle):
-        """[m] from a place along a ray to a box, inf beyond 4 m."""
-        distance = math.inf
-        for box in self._boxes:
-            turn = np.exp(-1j * box.yaw)
-            place, ray = complex(pose[0] - box.x, pose[1] - box.y) * turn, np.exp(1j * (pose[2] + angle)) * turn
-            first, last = 0.0, 4.0
-            for at, way, half in ((place.real, ray.real, box.length / 2), (place.imag, ray.imag, box.width / 2)):
-                ends = sorted(((-half - at) / way, (half - at) / way)) if abs(way) > 1e-9 else (
-                    (-math.inf, math.inf) if abs(at) < half else (math.inf, math.inf))
-                first, last = max(first, ends[0]), min(last, ends[1])
-            distance = min(distance, first if first < last else math.inf)
-        return distance
+    def _nearest(self, pose):
+        """[m] from a place to a box in the cone ahead, inf beyond its range: each ray goes as far as none is nearer."""
+        rays, ways, free = pose[2] + np.linspace(CONE[0], CONE[-1], 15), np.zeros(15), math.inf
+        while np.any((free > 0.001) & (ways < CONE_BOUNDS[1])):
+            x, y = pose[0] + ways * np.cos(rays), pose[1] + ways * np.sin(rays)
+            free = np.min([box.distance(x, y) for box in self._boxes], axis=0)
+            ways += np.where(free > 0.001, free, 0.0)
+        return min(ways[ways < CONE_BOUNDS[1]], default=math.inf)

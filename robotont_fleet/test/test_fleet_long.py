@@ -22,49 +22,35 @@ def processor_time(pid):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def watch(rig, robots, seconds):
-    """Ages [s] of all states once a second; prints the page's processor time and memory."""
-    ages, (before, _), began = [], memory(rig.page.pid), time.monotonic()
-    used = processor_time(rig.page.pid)
-    while time.monotonic() - began < seconds:
-        seen = rig.view()["robots"]
-        assert sum(one["present"] for one in seen) == robots
-        ages += [one["age"] for one in seen if one["present"]]
-        time.sleep(1.0)
-    used = 100 * (processor_time(rig.page.pid) - used) / (time.monotonic() - began)
-    age, (after, _) = percentile(ages, 0.99), memory(rig.page.pid)
-    print(f"\n{robots} robots, {seconds:g} s: state age p99 {age:.2f} s, router and page {used:.0f} % of a core, "
-          f"{before:.0f} -> {after:.0f} MiB")
-    assert age <= 1.0
-    assert after - before < 10.0
-
-
-def check_stops(took):
-    """[s] of each STOP ALL until the last one."""
-    print(f"STOP ALL to the last one, {len(took)} times: median {1000 * percentile(took, 0.5):.0f} ms, p99 "
-          f"{1000 * percentile(took, 0.99):.0f} ms")
-    assert percentile(took, 0.99) <= 0.5
-
-
 def test_robots_with_masters_of_their_own():
     """Each: rosmaster, the real driver on a stand-in board, a stand-in for navigation, fleet_node. No MuJoCo."""
     with Rig() as rig:
         rig.start_page()
         robots = [rig.add_robot(f"r{number}") for number in range(ROBOTS)]
         wait_until_driving(rig, *robots)
-        nodes = [robot.fleet_node.pid for robot in robots]
-        before, used, began = [memory(pid)[0] for pid in nodes], sum(map(processor_time, nodes)), time.monotonic()
-        watch(rig, ROBOTS, SECONDS)
-        used = 100 * (sum(map(processor_time, nodes)) - used) / (time.monotonic() - began) / ROBOTS
-        after = [memory(pid) for pid in nodes]
-        grown = max(rss - was for (rss, _), was in zip(after, before))
-        print(f"fleet_node: {used:.1f} % of a core, {max(pss for _, pss in after):.0f} MiB PSS, grown by {grown:.1f} "
-              "MiB at most")
-        took = []
+        pids = [rig.page.pid, *(robot.fleet_node.pid for robot in robots)]  # the page's first
+        before, used, began = [memory(pid)[0] for pid in pids], [*map(processor_time, pids)], time.monotonic()
+        ages, took = [], []
+        while time.monotonic() - began < SECONDS:
+            seen = rig.view()["robots"]
+            assert sum(one["present"] for one in seen) == ROBOTS
+            ages += [one["age"] for one in seen if one["present"]]
+            time.sleep(1.0)
+        share = 100 / (time.monotonic() - began)
+        page, *nodes = (share * (processor_time(pid) - was) for pid, was in zip(pids, used))
+        after = [memory(pid) for pid in pids]
+        grown = [rss - was for (rss, _), was in zip(after, before)]
         for _ in range(STOPS):
             wait_until_driving(rig, *robots)
             took.append(stop_time(rig, robots))
             wait_for(lambda: len(rig.stop_state()["stand"]) == ROBOTS, "confirmations", PATIENCE)
             rig.release()
-        check_stops(took)
-        assert grown < 10.0
+    print(f"\n{ROBOTS} robots, {SECONDS:g} s: state age p99 {percentile(ages, 0.99):.2f} s",
+          f"router and page {page:.0f} % of a core, grown by {grown[0]:.1f} MiB",
+          f"fleet_node {sum(nodes) / ROBOTS:.1f} % of a core, {max(pss for _, pss in after[1:]):.0f} MiB PSS, grown by "
+          f"{max(grown[1:]):.1f} MiB at most",
+          f"STOP ALL to the last one, {STOPS} times: median {1000 * percentile(took, 0.5):.0f} ms, p99 "
+          f"{1000 * percentile(took, 0.99):.0f} ms", sep="\n")
+    assert percentile(ages, 0.99) <= 1.0
+    assert percentile(took, 0.99) <= 0.5
+    assert max(grown) < 10.0

@@ -65,25 +65,21 @@ def parse(arguments):
 def read_run(text, wheels, topics):
     """`Run` of FILE or FILE=X,Y,YAW. Raises ValueError or OSError with what is wrong with it."""
     file, _, end = text.partition("=")
+    name = Path(file).stem.replace("_", " ")
     recording = read_recording(file, {**topics, "truth": None} if end else topics)
     times, counts = recording.counts(wheels)
-    run = _run(file, end, recording, times, counts)
+    if end:
+        run = taped_run(name, counts, read_end(end), TAPED)
+    else:
+        try:
+            truth = recording.trajectory(
+                "truth", f"found no true pose, allowed: one (--truth TOPIC), or {file}=X,Y,YAW with the end")
+            run = tracked_run(name, times, counts, truth, SECONDS, TRACKED)
+        except ValueError as error:
+            raise ValueError(f"{file}: {error}") from None
     gaps = np.diff(times)
     missing = np.maximum(np.round(gaps * wheels.pid_frequency) - 1, 0).sum()
     return run._replace(missing=int(missing), longest_gap=float(gaps.max(initial=0.0)))
-
-
-def _run(file, end, recording, times, counts):
-    name = Path(file).stem.replace("_", " ")
-    if end:
-        return taped_run(name, counts, read_end(end), TAPED)
-    truth = recording.trajectory("truth")
-    if truth is None:
-        raise ValueError(f"{file}: found no true pose, allowed: one (--truth TOPIC), or {file}=X,Y,YAW with the end")
-    try:
-        return tracked_run(name, times, counts, truth, SECONDS, TRACKED)
-    except ValueError as error:
-        raise ValueError(f"{file}: {error}") from None
 
 
 def main(arguments=None):

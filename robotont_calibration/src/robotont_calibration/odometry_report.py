@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from robotont_calibration.arguments import coordinates, positive
-from robotont_calibration.recordings import RecordingError, read_recording
+from robotont_calibration.recordings import read_recording
 from robotont_calibration.trajectory import Trajectory, seen_from, synchronise
 from robotont_driver.kinematics import se2
 from robotont_driver.robots.robot_folder import read_wheel_file
@@ -51,13 +51,9 @@ def compared(recording, options):
         wheels, given, _ = read_wheel_file(options.wheel_params)
         estimate, point = recording.recomputed(wheels), options.point or given.get("measuredPoint", point)
     else:
-        estimate = recording.trajectory("odometry")
-        if estimate is None:
-            raise RecordingError(
-                f"found no odometry on {options.odom}; with --wheel-params it is computed from packets")
-    reference = recording.trajectory("truth")
-    if reference is None:
-        raise RecordingError("found no ground truth, allowed: --truth TOPIC")
+        estimate = recording.trajectory(
+            "odometry", f"found no odometry on {options.odom}; with --wheel-params it is computed from packets")
+    reference = recording.trajectory("truth", "found no ground truth, allowed: --truth TOPIC")
     estimate = Trajectory(estimate.times, np.transpose(se2.compose(estimate.poses.T, (*point, 0.0))))
     return synchronise(estimate, reference)
 

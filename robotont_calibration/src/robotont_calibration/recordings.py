@@ -46,10 +46,12 @@ class Recording:
             else:
                 self.refused += 1
 
-    def trajectory(self, kind):
-        """`Trajectory` of "odometry" or "truth", or None where there is none."""
+    def trajectory(self, kind, lacking="found no poses"):
+        """`Trajectory` of "odometry" or "truth". Raises RecordingError with these words where there is none."""
         poses = getattr(self, kind)
-        return Trajectory(*zip(*poses)) if len(poses) > 1 else None
+        if len(poses) < 2:
+            raise RecordingError(lacking)
+        return Trajectory(*zip(*poses))
 
     def counts(self, wheels):
         """(stamps [s] K, as odom_node gives them, counts K x n) of the packets.

@@ -36,7 +36,8 @@ def table(alive, statuses, restarts=(), folders=()):
         own = [node for node in alive if _is_of(node, robot, robots)]
         silent = sorted(node for node in own if not alive[node])
         faults = [f"{node} is not running" for node in missing] + [f"{node} does not answer" for node in silent]
-        tasks = [(_subject(full), *status) for full, status in statuses.items() if _is_of(f"/{full}", robot, robots)]
+        tasks = [(full.partition(": ")[2] or full, *status) for full, status in statuses.items()
+                 if _is_of(f"/{full}", robot, robots)]
         label = f"{name}: " if name else ""
         again = [f"restarts of {node}: {count}" for node, count in restarts if _is_of(node, robot, robots)]
         again += ["why: where the robot was started, or journalctl -u 'robotont*'"] if again else []
@@ -57,10 +58,6 @@ def table(alive, statuses, restarts=(), folders=()):
 def worst(rows):
     """Exit status: 0 all well, 1 a warning, 2 an error or silence."""
     return min(max(row.level for row in rows), ERROR)
-
-
-def _subject(full):
-    return full.partition(": ")[2] or full
 
 
 def _is_of(name, robot, robots):

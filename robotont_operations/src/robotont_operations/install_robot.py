@@ -46,12 +46,6 @@ def run(commands):
     return good
 
 
-def chosen(robot):
-    """What robot.conf gets for a `robot:=`: a name, or an absolute path. Raises OSError, ValueError for a wrong one."""
-    folder = read_robot(robot).folder
-    return str(folder.resolve()) if "/" in robot else folder.name
-
-
 def address(text):
     """A text under which other machines may find one: an IPv4 address or a host name. Raises ArgumentTypeError."""
     try:
@@ -94,9 +88,11 @@ def parse(arguments=None):
     if not Path(options.root, "etc").is_dir():
         parser.error(f"--root: found {options.root}, where there is no etc/; allowed: where a file system is mounted")
     try:
-        options.robot = options.robot and chosen(options.robot)
+        folder = options.robot and read_robot(options.robot).folder
     except (OSError, ValueError) as error:
         parser.error(str(error))
+    if "/" in options.robot:
+        options.robot = str(folder.resolve())  # the service has another working directory
     return options
 
 

@@ -150,12 +150,11 @@ def clock_difference(address, port, duration=1.1, period=0.03):
         before = time.monotonic() + start
         connection = http.client.HTTPConnection(address, port, timeout=max(0.1, end - time.monotonic()))
         try:
-            connection.request("POST", "/RPC2", QUESTION, {"Content-Type": "text/xml"})
-            date = parsedate(connection.getresponse().getheader("Date", ""))
+            with contextlib.closing(connection):
+                connection.request("POST", "/RPC2", QUESTION, {"Content-Type": "text/xml"})
+                date = parsedate(connection.getresponse().getheader("Date", ""))
         except (OSError, http.client.HTTPException):
             return None
-        finally:
-            connection.close()
         if date is None:
             return None
         after = time.monotonic() + start

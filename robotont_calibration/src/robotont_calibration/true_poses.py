@@ -36,24 +36,21 @@ YAWS = {  # what yaw may be instead: the factor that makes it right
 
 def implausible(found, free):
     """Words for what no true poses of a robot make of a `Calibration` with `FreeParameters`."""
-    words = []
     far = [name for name, value, tie in zip(found.names, found.values, free.ties) if abs(value) > FAR * tie]
-    if far:
-        words.append(f"{', '.join(far)} would change by more than any robot needs: is this the robot's file?")
     radii, angles = (np.mean([value for name, value in zip(found.names, found.values) if name.startswith(key)] or 0.0)
                      for key in ("wheelRadius", "wheelRads"))
-    if abs(radii) > SCALED:
-        words.append(f"the radius would change by {radii:+.0%}: is x, y in metres? Measure a wheel with a ruler, and "
-                     "put it into the file")
-    if abs(angles) > TURNED:
-        words.append(f"all wheels would turn by {math.degrees(angles):+.0f} degrees: x of the true poses is not where "
-                     "the robot looks")
-    if found.slip > CONTRADICTS:
-        words.append(f"the runs contradict each other: from drive to drive the wheels differ by {found.slip:.1%}")
-    if found.wheel_noise > NOISIEST or found.measured > UNTRUE:
-        words.append("the counts do not fit the true poses: are x forward and y to the left, in metres? Do their "
-                     "times, and the point that is measured, belong to this drive?")
-    return words
+    return [words for wrong, words in (
+        (far, f"{', '.join(far)} would change by more than any robot needs: is this the robot's file?"),
+        (abs(radii) > SCALED, f"the radius would change by {radii:+.0%}: is x, y in metres? Measure a wheel with a "
+                              "ruler, and put it into the file"),
+        (abs(angles) > TURNED, f"all wheels would turn by {math.degrees(angles):+.0f} degrees: x of the true poses is "
+                               "not where the robot looks"),
+        (found.slip > CONTRADICTS, "the runs contradict each other: from drive to drive the wheels differ by "
+                                   f"{found.slip:.1%}"),
+        (found.wheel_noise > NOISIEST or found.measured > UNTRUE,
+         "the counts do not fit the true poses: are x forward and y to the left, in metres? Do their times, and the "
+         "point that is measured, belong to this drive?"),
+    ) if wrong]
 
 
 def wrong_yaw(given, runs, free, wheel_noise):

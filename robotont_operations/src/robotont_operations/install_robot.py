@@ -133,8 +133,7 @@ def _install(options):
         print("install-robot: no xacro: the robot starts without its model. "
               "For one: ./robotont setup sim, then this again")
     templates = Path(rospkg.RosPack().get_path("robotont_operations")) / "install"
-    files, links = installation(templates, _udev_rules(), os.environ, options.network or "", options.robot, model,
-                                options.page or "", options.fleet or "")
+    files, links = installation(templates, _udev_rules(), os.environ, options, model)
     print(f"written, under {options.root}:", *install(files, links, options.robot, options.root), sep="\n  ")
     kept = Path(options.root, KEPT)
     if model and "description:=false" in read(kept):

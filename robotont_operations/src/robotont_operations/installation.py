@@ -24,31 +24,29 @@ OURS = "Installed by ./robotont install-robot"  # in each of our units; the make
 NETWORK_ONLINE = "Wants=network-online.target\nAfter=network-online.target\n"
 
 
-def installation(templates, udev_rules, environment, address="", robot="", model=True, page="", fleet=""):
+def installation(templates, udev_rules, environment, options, model):
     """{path under the root: contents} of the files of a robot, and of its units' links {path: target}.
 
     templates: folder of the units; udev_rules: paths of the rules; environment: that of a shell with the workspace
-    sourced; address: IP address or host name under which other machines find the robot, "" for none. robot: of
-    robot.launch; "": the thesis'. model: whether the robot's model can be made, for which there has to be xacro. page:
-    address at which the page can be opened; "": there is none, or that of before. fleet: the same, of the computer of
-    ./robotont fleet.
+    sourced; options: of install_robot's command line; model: whether the robot's model can be made, for which there
+    has to be xacro.
     """
     templates = Path(templates)
     files = {UDEV + path.name: path.read_text() for path in map(Path, udev_rules)}
-    rights = (templates / "rights.conf").read_text().rstrip("\n")
-    units = (*UNITS, *([PAGE_UNIT] if page else []), *([FLEET_UNIT] if fleet else []))
+    words = {"@PAGE@": options.page, "@FLEET@": options.fleet, "@NETWORK@": options.network and NETWORK_ONLINE,
+             "@RIGHTS@": (templates / "rights.conf").read_text().rstrip("\n")}
+    units = (*UNITS, *([PAGE_UNIT] if options.page else []), *([FLEET_UNIT] if options.fleet else []))
     for unit in units:
         text = (templates / unit).read_text()
-        for name, words in (("@PAGE@", page), ("@FLEET@", fleet), ("@RIGHTS@", rights),
-                            ("@NETWORK@", NETWORK_ONLINE if address else "")):
-            text = text.replace(name, words)
+        for place, word in words.items():
+            text = text.replace(place, word or "")
         files[SYSTEMD + unit] = text
     files[USER] = (templates / "sysusers.conf").read_text()
     files[SETTINGS + "python_logging.conf"] = (templates / "python_logging.conf").read_text()
     arguments = "ROBOTONT_ARGUMENTS=" + ("" if model else "description:=false")
     text = (templates / "robot.conf").read_text().replace("ROBOTONT_ARGUMENTS=", arguments)
-    files[KEPT] = with_robot(text, robot)
-    files[SETTINGS + "environment"] = environment_file(environment, address)
+    files[KEPT] = with_robot(text, options.robot)
+    files[SETTINGS + "environment"] = environment_file(environment, options.network)
     return files, {WANTED + unit: "/" + SYSTEMD + unit for unit in units}
 
 

@@ -24,11 +24,6 @@ def positive(text):
     return value
 
 
-def coordinates(text):
-    """(x, y) of "X,Y". Raises ArgumentTypeError."""
-    return numbers(text, 2, "X,Y [m]")
-
-
 def read_end(text):
     """(x [m], y [m], yaw [rad]) of X,Y,YAW in m, m and degrees. Raises ArgumentTypeError."""
     x, y, yaw = numbers(text, 3, "X,Y,YAW of the end, seen from the start [m, m, degrees]")

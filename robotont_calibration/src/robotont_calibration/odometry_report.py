@@ -12,7 +12,7 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from robotont_calibration.arguments import coordinates, positive
+from robotont_calibration.arguments import numbers, positive
 from robotont_calibration.recordings import read_recording
 from robotont_calibration.trajectory import Trajectory, seen_from, synchronise
 from robotont_driver.kinematics import se2
@@ -35,7 +35,7 @@ def parse(arguments):
     parser.add_argument("--packets", metavar="TOPIC", default="serial_read", help="packets (default: %(default)s)")
     parser.add_argument("--wheel-params", metavar="FILE",
                         help="recompute the odometry from the packets, with this wheel_params.yaml")
-    parser.add_argument("--point", type=coordinates, metavar="X,Y", help=(
+    parser.add_argument("--point", type=lambda text: numbers(text, 2, "X,Y [m]"), metavar="X,Y", help=(
         "which point of base_link the ground truth is of [m] (default: measuredPoint of the wheel_params.yaml, as "
         "calibrate_wheels writes it; without: the middle)"))
     parser.add_argument("--delta", type=positive, default=1.0, metavar="M",

@@ -133,6 +133,7 @@ class KeyboardTeleopTest(NodeTest):
                                                          message=words)])
         wait_for(lambda: publisher.publish(guard) or terminal.type("w") or f"| {words}\x1b[K" in terminal.line,
                  "the words", period=0.05)
+        terminal.type("s")
         self.newest_is(STOP, "the stop")
         wait_for(lambda: "sent +0.00" in terminal.line, "the usual line, at rest")
 

@@ -70,7 +70,6 @@ class PageServerTest(BrowserTest):
     def start_driver_node(self):
         self.addCleanup(rospy.set_param, "/emergency_stop_pressed", [])
         self.processes.node("driver_node")
-        wait_for(lambda: DRIVER in self.status, "driver_node")
 
     def pressed(self):
         return self.values(DRIVER)["emergency stop"] != "not pressed"
@@ -147,7 +146,7 @@ class WebTeleopNodeTest(PageServerTest):
         page = self.stop_over_a_restart("stopped")
         page.wait("!$('stopped').hidden", "the stop, over a restart of the page's server")
         page.push(1, "#move", 0.0, 0.9)
-        wait_for(lambda: self.status[DRIVER].level == WARN, "the stop")
+        self.wait_for_status(DRIVER, WARN)
         rospy.ServiceProxy("emergency_stop/release", Trigger)()
         page.wait("$('can').textContent.includes('Let go of')", "the request to let go")
         self.assertFalse([command for command in self.hand if any(command)])

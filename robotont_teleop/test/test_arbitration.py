@@ -15,13 +15,6 @@ def arbiter():
     return Arbiter(INPUTS)
 
 
-def test_the_hand_takes_over_at_once_with_a_zero_between(arbiter):
-    arbiter.command("navigation", NAVIGATION, 1.0)
-    assert arbiter.command("hand", HAND, 1.05) == [STOP, HAND]
-    assert arbiter.driver == "hand"
-    assert arbiter.command("navigation", NAVIGATION, 1.1) == []
-
-
 def test_of_two_hands_the_first_drives_until_it_stops(arbiter):
     other = (-0.1, 0.0, 0.0)
     assert arbiter.command("hand", HAND, 1.0, "page") == [HAND]

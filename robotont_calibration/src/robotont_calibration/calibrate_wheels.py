@@ -87,9 +87,12 @@ def main(arguments=None):
     options = parse(arguments)
     try:
         return run(options)
-    except (OSError, ValueError, argparse.ArgumentTypeError) as error:
-        print(f"calibrate_wheels: {error}", file=sys.stderr)
-        return 1
+    except EOFError:
+        error = "found the end of the input, allowed: an answer"
+    except (OSError, ValueError, argparse.ArgumentTypeError) as found:
+        error = found
+    print(f"calibrate_wheels: {error}", file=sys.stderr)
+    return 1
 
 
 def run(options):

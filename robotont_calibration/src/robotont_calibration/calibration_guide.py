@@ -28,7 +28,8 @@ RESTLESS = f"For {LONGEST_REST:g} s the robot did not stand still, or sent no pa
 def guide(options, wheels):
     """Make the runs; list of RUN arguments for calibrate_wheels. Nothing moves before the user confirms.
 
-    Raises ValueError when no packets come, for another robot's wheels, or when no run was made.
+    Raises ValueError when no packets come, for another robot's wheels, or when no run was made; EOFError where nobody
+    answers.
     """
     folder = Path(options.guide)
     folder.mkdir(parents=True, exist_ok=True)
@@ -76,7 +77,7 @@ def _free(folder, name):
 def _one_run(robot, file, twists):
     """RUN argument of a run that was made and kept in a file; "s" to skip it, "q" to end."""
     while True:
-        answer = ask("Enter: the robot drives now, Ctrl-C stops it. s: skip this run. q: no more runs. ")
+        answer = input("Enter: the robot drives now, Ctrl-C stops it. s: skip this run. q: no more runs. ").strip()
         if answer in ("q", "s"):
             return answer
         why = robot.record(twists)
@@ -85,19 +86,11 @@ def _one_run(robot, file, twists):
         print(f"\n{why}. This run does not count; put the robot back on its mark.")
 
 
-def ask(question):
-    """The answer to a question, without spaces around it. Raises ValueError at the end of the input."""
-    try:
-        return input(question).strip()
-    except EOFError:
-        raise ValueError("found the end of the input, allowed: an answer") from None
-
-
 def ask_for_end():
     """X,Y,YAW as calibrate_wheels takes it behind a file; asks again until the answer is one."""
     while True:
-        answer = ask("Where does it stand now, seen from its mark? m forward, m to the left, degrees turned "
-                     "counterclockwise, e.g. 0.03 -0.05 2: ")
+        answer = input("Where does it stand now, seen from its mark? m forward, m to the left, degrees turned "
+                       "counterclockwise, e.g. 0.03 -0.05 2: ")
         try:
             read_end(answer)
             return ",".join(answer.replace(",", " ").split())
@@ -122,7 +115,7 @@ class _Robot:
             kinds["truth"] = (options.truth, kind)
         for name, (topic, kind) in kinds.items():
             rospy.Subscriber(topic, kind, self._take, (name, topic), tcp_nodelay=True)
-        self._wait(lambda: len(self._recording.packets), CONNECTING, f"packets on {options.packets}")
+        until(lambda: len(self._recording.packets), CONNECTING, f"packets on {options.packets}")
         self._with_truth = "truth" in kinds
 
     def _take(self, message, source):
@@ -135,8 +128,8 @@ class _Robot:
 
         Raises ValueError when nothing listens to the commands.
         """
-        self._wait(self._command.get_num_connections, CONNECTING,
-                   f"a node that takes commands on {self._command.resolved_name}")
+        until(self._command.get_num_connections, CONNECTING,
+              f"a node that takes commands on {self._command.resolved_name}")
         self._recording, self._messages = Recording(), []
         if not until(self._rests, LONGEST_REST):  # the first stamps are rough
             return RESTLESS
@@ -177,15 +170,12 @@ class _Robot:
             print(f"\nkept without its end: {file}. Measured later, it counts as RUN {file}=X,Y,YAW", end="")
             raise
 
-    @staticmethod
-    def _wait(condition, seconds, what):
-        if not until(condition, seconds):
-            raise ValueError(f"waited {seconds:g} s for {what}; is the robot running?")
 
-
-def until(condition, seconds):
-    """Wait for a condition; whether it has come in time."""
+def until(condition, seconds, needed=""):
+    """Wait for a condition; whether it has come in time. Raises ValueError where it has not, of what is `needed`."""
     end = time.monotonic() + seconds
     while not condition() and time.monotonic() < end:
         time.sleep(0.02)
+    if needed and not condition():
+        raise ValueError(f"waited {seconds:g} s for {needed}; is the robot running?")
     return condition()

@@ -2,7 +2,7 @@
 
 It reaches the hardware only through a board object:
 
-    wait_tick()          wait for the next period; return how many began since the last call, 0 to end
+    wait_tick()          wait for the next period; return how many began since the last call
     counts(totals)       fill totals[wheel] with the encoder counters latched at that tick, 0..65535
     drive(wheel, effort) effort -FULL_EFFORT..FULL_EFFORT (robot_numbers); 0 lets the wheel roll
     fault(wheel)         True while the motor driver reports a fault
@@ -12,7 +12,6 @@ It reaches the hardware only through a board object:
     read(buffer)         read at most len(buffer) waiting bytes; return how many; never wait
     write(buffer, size)  send buffer[0:size]
     feed()               feed the watchdog
-    stop()               switch all motors off for good
 
 so the same loop drives the robot, the simulator and the tests. Nothing in it allocates memory after
 `start`, so that it can run with MicroPython's heap locked.
@@ -78,21 +77,11 @@ class Controller:
         self._board.counts(self._last_totals)
 
     def run(self):
-        """Run until the board ends it (return False) or the PC asks for the REPL (return True).
-
-        However it ends, also by an exception, the motors are off then.
-        """
+        """Run until the PC asks for the REPL; the motors are as they were then."""
         board = self._board
-        try:
-            while self._receiver.order != LEAVE:
-                periods = board.wait_tick()
-                if periods == 0:
-                    return False
-                self.step(periods)
-                board.feed()
-            return True
-        finally:
-            board.stop()
+        while self._receiver.order != LEAVE:
+            self.step(board.wait_tick())
+            board.feed()
 
     @micropython.native
     def step(self, periods):

@@ -71,26 +71,26 @@ def checked(body):
     return body + b"%04X\n" % crc_slow(body)
 
 
-ORDER = checked("!test 1+")
+ORDER, END = checked("!test 1+"), checked("!repl")
 
 
 class WildBoard:
     """Allocates nothing: counters jump anywhere but for a while, lines come again, ticks are missed, a driver fails.
 
-    The first line, zeros, comes now and then; for a while none comes, but an order `!test`. It ends after 220 ticks,
-    with `sent` bytes.
+    The first line, zeros, comes now and then; for a while none comes, but an order `!test`. After 220 ticks it asks
+    for the REPL, and has `sent` bytes.
     """
 
     JUMPS = (0, 150, 0xFF00, 0x7FFF, 0x8000, 400, 0xFE70, 1)
 
     def __init__(self, lines):
         self.lines = lines
-        self.ticks = self.total = self.sent = 0
-        self.stopped = False
+        self.ticks = self.total = self.sent = self.fed = 0
 
     def wait_tick(self):
         self.ticks += 1
-        return 0 if self.ticks > 220 else 17 if self.ticks % 50 == 7 else 1
+        assert self.ticks < 240
+        return 17 if self.ticks % 50 == 7 else 1
 
     def counts(self, totals):
         for wheel in range(len(totals)):
@@ -110,7 +110,7 @@ class WildBoard:
     def read(self, buffer):
         if 90 < self.ticks < 130 and self.ticks != 120:
             return 0
-        line = ORDER if self.ticks == 120 else self.lines[
+        line = ORDER if self.ticks == 120 else END if self.ticks > 220 else self.lines[
             0 if self.ticks % 40 == 39 or self.ticks in (88, 90) else self.ticks // 11 % len(self.lines)]
         size = min(len(line), len(buffer))
         for at in range(size):
@@ -121,10 +121,7 @@ class WildBoard:
         self.sent += size
 
     def feed(self):
-        pass
-
-    def stop(self):
-        self.stopped = True
+        self.fed += 1
 
 
 class Robot:

@@ -158,16 +158,10 @@ class SimBoard:
         self.sent = b""
         self.keep = keep
         self.faults = [False] * len(motors)
-        self.stopped = False
-        self.fed = 0
-        self.ticks_left = 1 << 30
         self.skip = 1
         self._next = [0] * len(motors)
 
     def wait_tick(self):
-        if self.ticks_left == 0:
-            return 0
-        self.ticks_left -= 1
         periods = self.skip
         self.skip = 1
         for index in range(len(self.motors)):
@@ -201,10 +195,3 @@ class SimBoard:
         if self.keep:
             self.sent += bytes(buffer[:size])
 
-    def feed(self):
-        self.fed += 1
-
-    def stop(self):
-        self.stopped = True
-        for wheel in range(len(self.motors)):
-            self._next[wheel] = 0

@@ -30,22 +30,19 @@ class FloorMap:
 
     def bars(self, place):
         """Why nothing can be at (x, y) [m], in words; empty where something can."""
-        row, column = self._cells(*place)
-        if not self._inside(row, column):
+        if not self._at(np.ones_like(self._occupied), *place):
             return "off the map, which is {:.1f} m x {:.1f} m large".format(*self.size)
-        return "in a wall of the map" if self._occupied[row, column] else ""
+        return "in a wall of the map" if self._at(self._occupied, *place) else ""
 
     def clearance(self, place):
         """[m] from (x, y) [m] to the centre of the nearest occupied cell; inf where there is none."""
-        row, column = self.indices(*place)
-        rows, columns = np.nonzero(self._occupied)
-        return float(self.resolution * np.hypot(rows + 0.5 - row, columns + 0.5 - column).min(initial=math.inf))
+        return float(self._distances(place)[self._occupied].min(initial=math.inf))
 
     def is_connected(self, start, goal, radius):
         """Whether a round robot of `radius` [m] finds a way between two places (x, y) [m] on the map."""
         free = ~self._close_to_walls(radius)
-        first = free & self._disc(start, max(START_SLACK * radius, self.resolution))
-        targets = np.pad(free & self._disc(goal, 1.5 * self.resolution), 1).ravel()
+        first = free & (self._distances(start) <= max(START_SLACK * radius, self.resolution))
+        targets = np.pad(free & (self._distances(goal) <= 1.5 * self.resolution), 1).ravel()
         step = free.shape[1] + 2                    # from a cell to that below it, with an edge all around
         left = np.pad(free & ~first, 1).ravel()     # free cells that have not been reached yet
         frontier = np.flatnonzero(np.pad(first, 1))
@@ -57,10 +54,7 @@ class FloorMap:
 
     def are_near_walls(self, places, tolerance):
         """N of bool: which of N places (2 x N, [m]) are at most `tolerance` [m] away from an occupied cell."""
-        row, column = self._cells(*places)
-        near = self._inside(row, column)
-        near[near] = self._close_to_walls(tolerance)[row[near], column[near]]
-        return near
+        return self._at(self._close_to_walls(tolerance), *places)
 
     def are_behind_walls(self, start, places, tolerance):
         """N of bool: which of N >= 1 rays from `start` (x, y) to places (2 x N, [m]) cross a wall before they end.
@@ -70,11 +64,8 @@ class FloorMap:
         way = np.subtract(places, np.reshape(start, (2, 1)))
         lengths = np.maximum(np.hypot(*way), 1e-9)
         steps = np.arange(0.0, lengths.max(), self.resolution)[:, None]  # [m] along each ray
-        row, column = self._cells(*(np.reshape(start, (2, 1, 1)) + (way / lengths)[:, None] * steps))
-        inside = self._inside(row, column) & (steps < lengths - tolerance)
-        walls = np.zeros(row.shape, bool)
-        walls[inside] = self._occupied[row[inside], column[inside]]
-        return walls.any(axis=0)
+        walls = self._at(self._occupied, *(np.reshape(start, (2, 1, 1)) + (way / lengths)[:, None] * steps))
+        return (walls & (steps < lengths - tolerance)).any(axis=0)
 
     def _close_to_walls(self, radius):
         """Cells (H x W of bool) whose centres are closer than `radius` [m] to that of an occupied one."""
@@ -89,12 +80,11 @@ class FloorMap:
             self._dilated[radius] = close[reach:close.shape[0] - reach, reach:close.shape[1] - reach]
         return self._dilated[radius]
 
-    def _disc(self, place, radius):
-        """Cells (H x W of bool) whose centres are at most `radius` [m] from (x, y) [m]."""
+    def _distances(self, place):
+        """H x W [m] from (x, y) [m] to the cells' centres."""
         row, column = self.indices(*place)
         rows, columns = self._occupied.shape
-        down, right = np.arange(rows)[:, None] + 0.5 - row, np.arange(columns) + 0.5 - column
-        return self.resolution * np.hypot(down, right) <= radius
+        return self.resolution * np.hypot(np.arange(rows)[:, None] + 0.5 - row, np.arange(columns) + 0.5 - column)
 
     def indices(self, x, y):
         """(row, column), not rounded, of places in the map's frame [m]."""
@@ -103,10 +93,8 @@ class FloorMap:
         cos, sin = math.cos(yaw), math.sin(yaw)
         return (cos * dy - sin * dx) / self.resolution, (cos * dx + sin * dy) / self.resolution
 
-    def _cells(self, x, y):
-        row, column = self.indices(x, y)
-        return np.floor(row).astype(int), np.floor(column).astype(int)
-
-    def _inside(self, row, column):
-        rows, columns = self._occupied.shape
-        return (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+    def _at(self, cells, x, y):
+        """What cells (H x W of bool) are at places in the map's frame [m]; off the map: not."""
+        row, column = (np.floor(index).astype(int) for index in self.indices(x, y))
+        inside = (row >= 0) & (row < cells.shape[0]) & (column >= 0) & (column < cells.shape[1])
+        return inside & cells[row * inside, column * inside]

@@ -20,13 +20,12 @@ from pathlib import Path
 from typing import Any, Callable, NamedTuple
 
 import rospy
-import tf2_ros
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, Vector3
 from navigation_run import Run, speed, standing, way
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty, SetBool, Trigger
 
-from robotont_map_navigation.readings import look_up, place_of
+from robotont_map_navigation.readings import Frames
 from robotont_testing.harness import Master, wait_for
 from robotont_testing.places import program
 
@@ -54,8 +53,7 @@ class Rig:
     def __init__(self, master, world):
         self.master, self.world = master, world
         self.run = Run(master, [], "thesis", world)
-        self._transforms = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self._transforms)
+        self._frames = Frames()
         self._carry = rospy.Publisher("simulator_node/carry", Vector3, queue_size=5)
         self.visitor = rospy.Publisher("simulator_node/visitor", Vector3, queue_size=5)
         self._initial = rospy.Publisher("initialpose", PoseWithCovarianceStamped, queue_size=5)
@@ -92,7 +90,7 @@ class Rig:
 
     def error(self):
         """(distance [m], turn [rad]) between the robot and where the localization has it; inf when nobody knows."""
-        found, (x, y, yaw) = place_of(look_up(self._transforms, "map", "base_link")), self.run.pose()
+        found, (x, y, yaw) = self._frames.robot_in("map"), self.run.pose()
         if found is None:
             return math.inf, math.inf
         return math.dist(found[:2], (x, y)), abs(math.remainder(found[2] - yaw, 2 * math.pi))

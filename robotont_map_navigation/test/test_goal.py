@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_map_navigation.goal import DONE, GAVE_UP, NEAR, NOT_THERE, REPLACED, Goal, outcome, progress, remaining
+from robotont_map_navigation.goal import Goal, Status, outcome, progress, remaining
 from robotont_map_navigation.goto import parse_arguments
 
 GOAL = Goal(8.0, 8.0, 1.57)
@@ -51,16 +51,17 @@ def test_progress_says_how_far_it_is():
 
 
 @pytest.mark.parametrize("state, text, pose, status, words", [
-    ("SUCCEEDED", "Goal reached.", (8.03, 8.04, 1.5), DONE,
+    ("SUCCEEDED", "Goal reached.", (8.03, 8.04, 1.5), Status.DONE,
      "reached (8.00, 8.00, 1.57) after 31.2 s, within 0.05 m and 0.07 rad"),
-    ("SUCCEEDED", "Goal reached.", (8.18, 8.0, 1.57), NEAR,
+    ("SUCCEEDED", "Goal reached.", (8.18, 8.0, 1.57), Status.NEAR,
      "as near as possible to (8.00, 8.00, 1.57) after 31.2 s: 0.18 m and 0.00 rad away"),
-    ("SUCCEEDED", "", None, DONE, "reached (8.00, 8.00, 1.57) after 31.2 s"),
-    ("ABORTED", "Failed to find a valid plan.", (5.0, 4.0, 1.57), GAVE_UP,
+    ("SUCCEEDED", "", None, Status.DONE, "reached (8.00, 8.00, 1.57) after 31.2 s"),
+    ("ABORTED", "Failed to find a valid plan.", (5.0, 4.0, 1.57), Status.GAVE_UP,
      "move_base gave up (ABORTED): Failed to find a valid plan; 5.00 m and 0.00 rad were left"),
-    ("REJECTED", "", None, GAVE_UP, "move_base gave up (REJECTED): no reason given"),
-    ("LOST", "", None, NOT_THERE, "move_base died after 31.2 s and was started again: send the goal again"),
-    ("PREEMPTED", "", None, REPLACED, "cancelled by another client, or another goal took its place, after 31.2 s"),
+    ("REJECTED", "", None, Status.GAVE_UP, "move_base gave up (REJECTED): no reason given"),
+    ("LOST", "", None, Status.NOT_THERE, "move_base died after 31.2 s and was started again: send the goal again"),
+    ("PREEMPTED", "", None, Status.REPLACED,
+     "cancelled by another client, or another goal took its place, after 31.2 s"),
 ])
 def test_every_end_has_a_status_and_words(state, text, pose, status, words):
     assert outcome(state, text, GOAL, pose, 31.2) == (status, words)

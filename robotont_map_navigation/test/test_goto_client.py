@@ -13,7 +13,7 @@ from navigation_messages import grid, walled
 from std_msgs.msg import String
 
 from robotont_map_navigation import goto_client
-from robotont_map_navigation.goal import GAVE_UP, LOST, NOT_THERE, REFUSED, REPLACED, TOO_LONG, Goal
+from robotont_map_navigation.goal import Goal, Status
 from robotont_testing.harness import wait_for
 
 GOAL = Goal(1.0, 1.0, 0.0)
@@ -73,19 +73,19 @@ def move_base(monkeypatch):
 
 
 @pytest.mark.parametrize("topic, message, end, status, words", [
-    ("navigation/held", String("something holds the robot"), GoalStatus.PREEMPTED, GAVE_UP,
+    ("navigation/held", String("something holds the robot"), GoalStatus.PREEMPTED, Status.GAVE_UP,
      "something holds the robot; the goal is cancelled"),
-    ("emergency_stop/pressed_by", String("/page"), GoalStatus.PREEMPTED, REPLACED, "cancelled by " + STOP),
-    ("/diagnostics", ILL, GoalStatus.ABORTED, GAVE_UP, "move_base gave up (ABORTED): no way; link: unplugged"),
-    ("localization/trouble", String("a wrong pose"), GoalStatus.PREEMPTED, LOST,
+    ("emergency_stop/pressed_by", String("/page"), GoalStatus.PREEMPTED, Status.REPLACED, "cancelled by " + STOP),
+    ("/diagnostics", ILL, GoalStatus.ABORTED, Status.GAVE_UP, "move_base gave up (ABORTED): no way; link: unplugged"),
+    ("localization/trouble", String("a wrong pose"), GoalStatus.PREEMPTED, Status.LOST,
      "the robot does not know where it is, the goal is cancelled: a wrong pose; start relocalize, or set the pose by "
      "RViz' 2D Pose Estimate")])
 @pytest.mark.parametrize("after", [0.0, 0.3])
 def test_what_ends_a_goal_is_named(move_base, topic, message, end, status, words, after):
     move_base.after, move_base.status, move_base.before = after, end, [(topic, message)]
     assert move_base.goto.go(GOAL, 10.0, patience=0.0) == (status, words)
-    if status == LOST:
-        assert move_base.goto.go(GOAL, 10.0).status == LOST
+    if status == Status.LOST:
+        assert move_base.goto.go(GOAL, 10.0).status == Status.LOST
         assert move_base.sent == 1
 
 
@@ -95,13 +95,13 @@ def test_what_ends_a_goal_is_named(move_base, topic, message, end, status, words
 def test_a_goal_ends_after_its_timeout_and_says_whether_move_base_confirms_it(move_base, monkeypatch, obeys, words):
     monkeypatch.setattr(goto_client, "CANCELLING", 0.1)
     move_base.after, move_base.obeys = 60.0, obeys
-    assert move_base.goto.go(GOAL, 0.5) == (TOO_LONG, "not there after 0.5 s; " + words)
+    assert move_base.goto.go(GOAL, 0.5) == (Status.TOO_LONG, "not there after 0.5 s; " + words)
 
 
 def test_a_move_base_that_is_not_heard_any_more_ends_the_goal(move_base, monkeypatch):
     monkeypatch.setattr(goto_client, "SILENCE", 0.3)
     move_base.after = 60.0
-    assert move_base.goto.go(GOAL, 10.0) == (NOT_THERE, "move_base has not been heard for 0.3 s: has it died?")
+    assert move_base.goto.go(GOAL, 10.0) == (Status.NOT_THERE, "move_base has not been heard for 0.3 s: has it died?")
     assert move_base.cancelled == [move_base.newest]
 
 
@@ -116,14 +116,14 @@ def test_a_goal_that_the_map_shows_to_be_out_of_reach_is_never_sent(move_base, x
     pose.pose.pose.position.x = pose.pose.pose.position.y = 1.0
     move_base.hear("map", grid(rooms))
     move_base.hear("amcl_pose", pose)
-    assert move_base.goto.go(Goal(x, y, 0.0), 10.0) == (REFUSED, words)
+    assert move_base.goto.go(Goal(x, y, 0.0), 10.0) == (Status.REFUSED, words)
     assert move_base.sent == 0
     assert move_base.goto.check(Goal(1.5, 1.0, 0.0)) is None
 
 
 def test_a_goal_is_given_up_after_its_patience(move_base):
     found = move_base.goto.go(GOAL, 10.0, patience=1.0)
-    assert found == (GAVE_UP, "move_base gave up (ABORTED): no way")
+    assert found == (Status.GAVE_UP, "move_base gave up (ABORTED): no way")
     assert move_base.sent > 2
 
 
@@ -133,7 +133,7 @@ def test_a_goal_that_is_given_or_checked_during_an_emergency_stop_is_not_what_a_
     monkeypatch.setattr(move_base.goto, "_refusal", lambda _goal: [
         move_base.hear("emergency_stop/pressed_by", String(who)) for who in presses] and None)
     found = move_base.goto.go(GOAL, 1.0)
-    assert found.status == REFUSED
+    assert found.status == Status.REFUSED
     assert found.words.endswith(STOP)
     move_base.hear("emergency_stop/pressed_by", String(""))
     assert move_base.sent == 0
@@ -152,7 +152,7 @@ def test_a_stop_ends_a_goal_that_waits_also_where_it_has_just_been_sent_again(mo
     for who in presses:
         move_base.hear("emergency_stop/pressed_by", String(who))
     going.join(4.0)
-    assert outcomes == [(REPLACED, "cancelled by " + STOP)]
+    assert outcomes == [(Status.REPLACED, "cancelled by " + STOP)]
     assert move_base.newest in move_base.cancelled
 
 

@@ -33,8 +33,8 @@ def changed(place, cells=CELLS):
 
 def apply(cells, update):
     if update is not None:
-        height, width = update.cells.shape
-        cells[update.row:update.row + height, update.column:update.column + width] = update.cells
+        cells[update.y:update.y + update.height, update.x:update.x + update.width] = np.reshape(
+            update.data, (update.height, update.width))
 
 
 def distances(place):
@@ -87,10 +87,10 @@ def test_an_update_covers_what_was_changed_of_late():
     own.move(beside(0.15, 0.5), 0.0)
     own.move(beside(0.15, 2.0), 1.0)
     update = own.move(beside(1.0), REMEMBERED - 0.1)
-    assert update.row <= 10
-    assert update.row + update.cells.shape[0] >= 40
+    assert update.y <= 10
+    assert update.y + update.height >= 40
     late = own.move(beside(1.0), REMEMBERED + 0.9)
-    assert late.row > 20
+    assert late.y > 20
     assert own.move(beside(1.0), REMEMBERED + 1.1) is None
 
 
@@ -100,7 +100,7 @@ def test_at_the_edge_of_the_map_and_off_it(place):
     update = clearing(cells).move(place, 0.0)
     assert (update is None) == (max(place) > 3 or min(place) < -2)
     if update:
-        assert min(update.row, update.column) >= 0
-        assert update.row + update.cells.shape[0] <= 80
-        assert update.column + update.cells.shape[1] <= 80
-        assert (update.cells == 0).any()
+        assert min(update.x, update.y) >= 0
+        assert update.y + update.height <= 80
+        assert update.x + update.width <= 80
+        assert 0 in update.data

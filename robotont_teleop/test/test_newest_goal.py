@@ -2,7 +2,7 @@
 
 import threading
 
-from robotont_map_navigation.goal import DONE, Goal, Outcome
+from robotont_map_navigation.goal import Goal, Outcome, Status
 from robotont_teleop.web import newest_goal
 from robotont_teleop.web.newest_goal import NewestGoal
 from robotont_testing.harness import wait_for
@@ -24,7 +24,7 @@ class Client:
 
     def follow(self, _goal, _timeout):
         self.ended.wait(20.0)
-        return Outcome(DONE, "there")
+        return Outcome(Status.DONE, "there")
 
     def leave(self, cancel=False):
         self.ended.set()

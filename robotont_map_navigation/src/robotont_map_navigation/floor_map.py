@@ -12,14 +12,15 @@ class FloorMap:
     """Cells of a nav_msgs/OccupancyGrid. Unknown cells are free, as they are for the planner.
 
     cells: H x W of int8, -1 unknown, else occupied in percent, row 0 at the origin; resolution: [m] per cell;
-    origin: (x [m], y [m], yaw [rad]) of the corner of the first cell in the map's frame.
+    origin: (x [m], y [m], yaw [rad]) of the corner of the first cell in the map's frame, whose name is `frame`.
     """
 
-    def __init__(self, cells, resolution, origin):
+    def __init__(self, cells, resolution, origin, frame="map"):
         self.cells = np.asarray(cells)
         self._occupied = self.cells >= OCCUPIED
         self.resolution = resolution
         self.origin = origin
+        self.frame = frame
         self._dilated = {}  # radius [m]: cells closer than that to a wall
 
     @property

@@ -1,10 +1,9 @@
 """A place to go to, how far it is and whether the map shows that it is out of reach, without ROS."""
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
-# exit statuses
-DONE, GAVE_UP, WRONG_INPUT, NOT_THERE, REPLACED, TOO_LONG, REFUSED, NEAR, LOST, INTERRUPTED = *range(9), 130
 NEAR_DISTANCE, NEAR_TURN = 0.1, 0.2  # [m], [rad] farther away a goal was not reached, whatever move_base says
 
 
@@ -19,10 +18,16 @@ class Goal(NamedTuple):
         return f"({self.x:.2f}, {self.y:.2f}, {self.yaw:.2f})"
 
 
+class Status(IntEnum):
+    """Exit statuses of goto and relocalize; 2 is that of wrong arguments."""
+
+    DONE, GAVE_UP, NOT_THERE, REPLACED, TOO_LONG, REFUSED, NEAR, LOST, INTERRUPTED = 0, 1, 3, 4, 5, 6, 7, 8, 130
+
+
 class Outcome(NamedTuple):
     """How a goal ended."""
 
-    status: int  # exit status
+    status: Status
     words: str
 
 
@@ -46,14 +51,16 @@ def outcome(state, text, goal, pose, elapsed):
     left = f"{distance:.2f} m and {turn:.2f} rad"
     if state == "SUCCEEDED":
         if distance > NEAR_DISTANCE or turn > NEAR_TURN:
-            return Outcome(NEAR, f"as near as possible to {goal} after {elapsed:.1f} s: {left} away")
-        return Outcome(DONE, f"reached {goal} after {elapsed:.1f} s" + (f", within {left}" if pose else ""))
+            return Outcome(Status.NEAR, f"as near as possible to {goal} after {elapsed:.1f} s: {left} away")
+        return Outcome(Status.DONE, f"reached {goal} after {elapsed:.1f} s" + (f", within {left}" if pose else ""))
     if state in ("PREEMPTED", "RECALLED"):
-        return Outcome(REPLACED, f"cancelled by another client, or another goal took its place, after {elapsed:.1f} s")
+        words = f"cancelled by another client, or another goal took its place, after {elapsed:.1f} s"
+        return Outcome(Status.REPLACED, words)
     if state == "LOST":
-        return Outcome(NOT_THERE, f"move_base died after {elapsed:.1f} s and was started again: send the goal again")
+        words = f"move_base died after {elapsed:.1f} s and was started again: send the goal again"
+        return Outcome(Status.NOT_THERE, words)
     reason = text.strip().rstrip(".") or "no reason given"
-    return Outcome(GAVE_UP, f"move_base gave up ({state}): {reason}" + (f"; {left} were left" if pose else ""))
+    return Outcome(Status.GAVE_UP, f"move_base gave up ({state}): {reason}" + (f"; {left} were left" if pose else ""))
 
 
 def refusal(floor_map, goal, start, radius):

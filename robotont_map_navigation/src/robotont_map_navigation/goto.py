@@ -8,7 +8,7 @@ import time
 
 import rospy
 
-from robotont_map_navigation.goal import NOT_THERE, Goal, Outcome
+from robotont_map_navigation.goal import Goal, Outcome, Status
 from robotont_map_navigation.goto_client import PATIENCE, GoTo
 from robotont_map_navigation.tool import run_tool
 
@@ -62,7 +62,7 @@ def _run(options):
     if not goto.wait_for_server(0.5):
         print(f"waiting for {name}", flush=True)
         if not goto.wait_for_server(options.patience):
-            return Outcome(NOT_THERE, f"no {name} after {options.patience:g} s: is navigation.launch running?")
+            return Outcome(Status.NOT_THERE, f"no {name} after {options.patience:g} s: is navigation.launch running?")
     goal = Goal(options.x, options.y, options.yaw)
     print(f"going to {goal}", flush=True)
     return goto.go(goal, options.timeout, options.patience)

@@ -1,6 +1,5 @@
 """Goals for move_base, for `goto` and the page: sent, watched, cancelled, and their outcome."""
 
-import functools
 import math
 import threading
 import time
@@ -16,19 +15,7 @@ from std_msgs.msg import String
 
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_driver.rospy_repairs.rospy_internals import goal_id
-from robotont_map_navigation.goal import (
-    GAVE_UP,
-    INTERRUPTED,
-    LOST,
-    NOT_THERE,
-    REFUSED,
-    REPLACED,
-    TOO_LONG,
-    Outcome,
-    outcome,
-    progress,
-    refusal,
-)
+from robotont_map_navigation.goal import Outcome, Status, outcome, progress, refusal
 from robotont_map_navigation.readings import floor_map_of, needed_radius
 from robotont_map_navigation.tool import wait_for
 
@@ -56,9 +43,7 @@ class GoTo:
         self._pressed_by = ""  # who presses the emergency stop, which cancels all goals
         self._stopped_by = ""  # who has pressed it since this one was sent
         self._sent = set()     # ids of the goals of this client that move_base has not reported as ended
-        self._ended = threading.Event()  # one for each goal
-        self._ended.set()                # nothing is pursued yet
-        self._handle = None              # actionlib.ClientGoalHandle of the goal that was sent last
+        self._handle = None    # actionlib.ClientGoalHandle of the goal that was sent last
         self._left = False
         self._lock = threading.Lock()
         self._ills = {}        # name of a diagnostics' task: (time [s], level, words) where it complains
@@ -101,7 +86,7 @@ class GoTo:
             reason = self._stop()
         if self._trouble:
             return self._by_others()
-        return Outcome(REFUSED, f"refused: {reason}") if reason else None
+        return Outcome(Status.REFUSED, f"refused: {reason}") if reason else None
 
     def _refusal(self, goal):
         """Why the map shows that the goal cannot be reached; empty when it can, or when there is no map to tell."""
@@ -117,11 +102,10 @@ class GoTo:
         target.pose.position.x, target.pose.position.y = goal.x, goal.y
         target.pose.orientation.z, target.pose.orientation.w = math.sin(goal.yaw / 2), math.cos(goal.yaw / 2)
         self._heard = time.monotonic()
-        self._ended = threading.Event()
         self._left = False
         self._held = ""
         self._stopped_by = self._pressed_by
-        self._handle = self._client.send_goal(message, functools.partial(_note_end, self._ended), self._on_feedback)
+        self._handle = self._client.send_goal(message, feedback_cb=self._on_feedback)
         self._sent.add(goal_id(self._handle))
 
     def follow(self, goal, timeout, patience=PATIENCE):
@@ -130,14 +114,14 @@ class GoTo:
         place, given_up = None, ""  # in the circle around it the robot has been since then; why move_base gave up there
         try:
             while True:
-                ended, now, pose = self._ended.wait(0.1), time.monotonic(), self._pose
+                ended, now, pose = wait_for(self._has_ended, 0.1), time.monotonic(), self._pose
                 if pose and (place is None or math.dist(place, pose[:2]) > STAYS):
                     place, since, given_up = pose[:2], now, ""
                 waited = now - since
                 if ended:
                     time.sleep(max(0.0, sent + AGAIN - now))
                 found = self._end(goal, now - start) if ended else self._by_others()
-                if found and (found.status != GAVE_UP or self._held or waited > patience):
+                if found and (found.status != Status.GAVE_UP or self._held or waited > patience):
                     return found
                 if found:  # what made move_base give up may pass: a door, a cable, a sensor
                     given_up, sent = found.words, now
@@ -145,17 +129,17 @@ class GoTo:
                         if not self._left:
                             self.send(goal)
                 if waited > patience > 0.0:
-                    return Outcome(GAVE_UP, f"got nowhere for {waited:.0f} s: does something stand in the way, or on "
-                                   f"the goal? {self.cancel()}{self._cause('; ')}")
+                    return Outcome(Status.GAVE_UP, f"got nowhere for {waited:.0f} s: does something stand in the way, "
+                                   f"or on the goal? {self.cancel()}{self._cause('; ')}")
                 self._show(f"waits, {waited:.0f} of {patience:.0f} s: {self._cause() or given_up}" if given_up
                            else progress(pose, goal, now - start))
                 if not self.answers:
                     self._take_back()  # should it only be slow
-                    return Outcome(NOT_THERE, f"move_base has not been heard for {SILENCE:g} s: has it died?")
+                    return Outcome(Status.NOT_THERE, f"move_base has not been heard for {SILENCE:g} s: has it died?")
                 if timeout and now - start > timeout:
-                    return Outcome(TOO_LONG, f"not there after {timeout:g} s; {self.cancel()}")
+                    return Outcome(Status.TOO_LONG, f"not there after {timeout:g} s; {self.cancel()}")
         except KeyboardInterrupt:
-            return Outcome(INTERRUPTED, f"interrupted; {self.cancel()}")
+            return Outcome(Status.INTERRUPTED, f"interrupted; {self.cancel()}")
         except BaseException:  # nobody reads what `show` prints, for instance
             self._take_back()
             raise
@@ -166,26 +150,32 @@ class GoTo:
         ills = [ill for ill in tuple(self._ills.values()) if ill[0] > oldest]
         return before + max(ills, key=lambda ill: ill[1])[2] if ills else ""
 
+    def _has_ended(self):
+        """Whether move_base has ended the goal that was sent last, or somebody has left it."""
+        return self._left or self._handle.get_comm_state() == actionlib.CommState.DONE
+
     def _end(self, goal, elapsed):
         """The Outcome of a goal that has ended."""
         if self._left:
-            return Outcome(REPLACED, "cancelled")
+            return Outcome(Status.REPLACED, "cancelled")
         found = outcome(GoalStatus.to_string(self._handle.get_goal_status()), self._handle.get_goal_status_text(), goal,
                         self._pose, elapsed)
-        if found.status == GAVE_UP:
+        if found.status == Status.GAVE_UP:
             found = found._replace(words=found.words + self._cause("; "))
-        return self._by_others() or found if self._trouble or found.status in (GAVE_UP, REPLACED) else found
+        if self._trouble or found.status in (Status.GAVE_UP, Status.REPLACED):
+            return self._by_others() or found
+        return found
 
     def _by_others(self):
         """The Outcome of a goal that must not go on, whatever becomes of it at move_base; None where it may."""
         found = None
         if self._trouble:
-            found = Outcome(LOST, f"the robot does not know where it is, the goal is cancelled: {self._trouble}; start "
-                            "relocalize, or set the pose by RViz' 2D Pose Estimate")
+            found = Outcome(Status.LOST, "the robot does not know where it is, the goal is cancelled: "
+                            f"{self._trouble}; start relocalize, or set the pose by RViz' 2D Pose Estimate")
         elif self._held:
-            found = Outcome(GAVE_UP, f"{self._held}; the goal is cancelled")
+            found = Outcome(Status.GAVE_UP, f"{self._held}; the goal is cancelled")
         elif self._stopped_by:
-            found = Outcome(REPLACED, f"cancelled by {self._stop()}")
+            found = Outcome(Status.REPLACED, f"cancelled by {self._stop()}")
         if found:
             self._take_back()
         return found
@@ -199,12 +189,11 @@ class GoTo:
             if cancel:
                 self._take_back()
             self._left = True
-            self._ended.set()
 
     def cancel(self):
         """Take the goal back; returns a sentence on whether move_base confirms it."""
         self._take_back()
-        if self._ended.wait(CANCELLING):
+        if wait_for(self._has_ended, CANCELLING):
             return "the goal is cancelled"
         return f"cancelled, but move_base has not confirmed it within {CANCELLING:g} s: the robot may still move"
 
@@ -248,9 +237,3 @@ class GoTo:
 
     def _on_feedback(self, _handle, feedback):
         self._pose = pose_of(feedback.base_position.pose)
-
-
-def _note_end(ended, handle):
-    """Called at each change of a goal's state, also before `send_goal` has returned its handle."""
-    if handle.get_comm_state() == actionlib.CommState.DONE:
-        ended.set()

@@ -14,7 +14,7 @@ from std_msgs.msg import Float32, Header, String
 
 from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
 from robotont_map_navigation.hold_watch import STAND, HoldWatch
-from robotont_map_navigation.readings import base_frame, needed_radius
+from robotont_map_navigation.readings import needed_radius
 
 NOTHING = 0.0, 0.0, 0.0
 # [m] from the edge that plans keep free to what is felt, and its height: the local costmap takes the lower one, that no
@@ -32,9 +32,10 @@ class Held:
     Where that happens again and again, every goal is cancelled; `navigation/held` tells why.
     """
 
-    def __init__(self):
+    def __init__(self, frame):
+        """frame: the robot's."""
         self._lock = threading.Lock()  # a subscriber's thread each
-        self._edge, self._frame = needed_radius(), base_frame()  # now: the master may be gone when they are needed
+        self._edge, self._frame = needed_radius(), frame  # now: the master may be gone when they are needed
         self._watch = HoldWatch(self._edge)
         self._driver = "navigation"  # where there is no mux to tell
         self._words, self._stands, self._command = "", 0, NOTHING

@@ -12,6 +12,7 @@ FREE = 0.05     # [m] of the outermost wheel, driven as commanded, after which t
 LEAST = 0.04    # [m/s] of the outermost wheel; slower commands prove nothing
 MOVES = 1 / 3   # of the commanded motion at least
 SILENCE = 0.5   # [s] without a measured twist or a command, and nothing is known
+MOST_COMMANDS = 1000  # that are kept where no twist comes
 
 
 class Verdict(NamedTuple):
@@ -30,7 +31,7 @@ class HoldWatch:
 
     def __init__(self, radius):
         self._radius = radius
-        self._commands = deque()            # (time, speeds) of the newest second
+        self._commands = deque([(-math.inf, (0.0, 0.0, 0.0))], MOST_COMMANDS)  # (time, speeds), the newest last
         self._measured = -math.inf, -math.inf  # (stamp, time of arrival) of the newest twist
         self._since = None                  # as above, since when the robot does not move as commanded
         self._stands_until = -math.inf
@@ -39,20 +40,20 @@ class HoldWatch:
     def command(self, twist, now):
         """What goes out to the wheels for navigation; (0, 0, 0) where something else drives."""
         self._commands.append((now, self._speeds(twist)))
-        while self._commands[0][0] < now - 2 * SILENCE:
-            self._commands.popleft()
 
     def measure(self, twist, stamp, now):
         """A `Verdict` on a twist of the odometry, the mean from the stamp before to this one."""
         before, self._measured = self._measured, (stamp, now)
         step = stamp - before[0]
-        known = 0.0 < step < SILENCE and now - before[1] < SILENCE and self._commands
+        known = 0.0 < step < SILENCE and now - before[1] < SILENCE
         if not known or now - self._commands[-1][0] > SILENCE or now < self._stands_until:
             self._since = None
             return Verdict()
         direction = self._commands[-1][1]
         length = math.hypot(*direction)
-        asked = min((_along(speeds, direction) for speeds in self._since_then(before[0] - LAG)), default=0.0)
+        while len(self._commands) > 1 and self._commands[1][0] <= before[0] - LAG:
+            self._commands.popleft()  # the first one left is that which counted then
+        asked = min(_along(speeds, direction) for _, speeds in self._commands)
         moved = _along(self._speeds(twist), direction)
         if asked < LEAST or moved >= MOVES * asked:
             self._since = None
@@ -70,12 +71,6 @@ class HoldWatch:
         self._tries = 0
         return Verdict(True, f"something holds the robot: {TRIES} times it was to move at {length:.2f} m/s, and its "
                        f"wheels moved it at {moved:.2f} m/s; look before it and at its wheels")
-
-    def _since_then(self, start):
-        """Speeds of the commands that counted at `start` and later."""
-        later = [speeds for time, speeds in self._commands if time > start]
-        first = next((speeds for time, speeds in reversed(self._commands) if time <= start), (0.0, 0.0, 0.0))
-        return [first, *later]
 
     def _speeds(self, twist):
         """(v_x, v_y, speed of the wheels by the turn) [m/s]."""

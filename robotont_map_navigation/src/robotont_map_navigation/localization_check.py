@@ -14,7 +14,7 @@ from std_msgs.msg import String
 from robotont_driver.kinematics.se2 import between, compose
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.worker import Worker
-from robotont_map_navigation.readings import base_frame, look_up, odometry_frame, place_of, rays_of
+from robotont_map_navigation.readings import place_of, rays_of
 from robotont_map_navigation.scan_fit import Fit, fit_nearby
 
 LOOK_PERIOD = 0.5   # [s] between two scans that are compared with the map
@@ -38,8 +38,8 @@ class LocalizationCheck:
     While the pose is wrong it tells `localization/trouble`, and cancels whatever goal makes move_base drive.
     """
 
-    def __init__(self, transforms):
-        self._transforms, self._frames = transforms, (base_frame(), odometry_frame())
+    def __init__(self, frames):
+        self._frames = frames
         self._map = self._scan = None
         self._scanned = self._laid = time.monotonic()  # [s] when the newest scan came, and one was laid on the map
         self._settled = 0.0      # [s] from when on scans count
@@ -64,9 +64,9 @@ class LocalizationCheck:
         self._moved = 0j         # [m] x + iy, by which the localization has moved the robot's place ...
         self._way = 0.0          # [m] ... in so much driving
 
-    def take_map(self, message, floor_map):
-        """A new map: nav_msgs/OccupancyGrid, FloorMap."""
-        self._map = message.header.frame_id, floor_map
+    def take_map(self, floor_map):
+        """A new FloorMap."""
+        self._map = floor_map
 
     def _on_scan(self, message):
         self._scan, self._scanned = message, time.monotonic()
@@ -85,7 +85,7 @@ class LocalizationCheck:
         if time.monotonic() < self._settled:
             self._begin()
         elif scan is not None and self._map is not None:
-            self._compare(scan, *self._map)
+            self._compare(scan, self._map)
         mean = Fit(*np.mean(self._fits, axis=0)) if self._fits else None
         wrong = self._outside or (self._misfit(mean) if mean else self._wrong)  # where nothing is known: as it was
         level, words = self._describe(mean, wrong)
@@ -99,9 +99,10 @@ class LocalizationCheck:
         self._report = level, words, values
         return LOOK_PERIOD
 
-    def _compare(self, scan, frame, floor_map):
-        sensor = look_up(self._transforms, frame, scan.header.frame_id, scan.header.stamp, LOOK_PERIOD)
-        robot, odometry = (place_of(look_up(self._transforms, frame, child)) for child in self._frames)
+    def _compare(self, scan, floor_map):
+        sensor = self._frames.look_up(floor_map.frame, scan.header.frame_id, scan.header.stamp, LOOK_PERIOD)
+        odometry = place_of(self._frames.look_up(floor_map.frame, self._frames.odometry))
+        robot = self._frames.robot_in(floor_map.frame)
         if not (sensor and robot and odometry):
             return
         self._laid = time.monotonic()

@@ -1,8 +1,6 @@
 """The map that a launch file was given: whether there is one, before anything is started."""
 
-import argparse
 import os
-import sys
 from pathlib import Path
 
 from robotont_driver.parameters import parameters
@@ -38,15 +36,3 @@ def fault(file):
             return f"{path}: {parameters.fault(key, content[key], allowed) if key in content else f'no {key}'}"
     image = path.parent / content["image"]
     return None if os.path.isfile(str(image)) else f"{path}: its image {image} is missing"
-
-
-def main():
-    """Print "true" when the map is there; else the reason on stderr, and exit with 1."""
-    parser = argparse.ArgumentParser(description="Check a launch file's map; used by launch files.")
-    parser.add_argument("launch_file", help="who asks")
-    parser.add_argument("map", help="its map")
-    options = parser.parse_args()
-    found = fault(options.map)
-    if found:
-        sys.exit(f"{options.launch_file}: {found}")
-    print("true")

@@ -4,15 +4,14 @@ import copy
 
 import numpy as np
 import rospy
-import tf2_ros
 from nav_msgs.msg import OccupancyGrid
 
 from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_map_navigation.arrival import Arrival
-from robotont_map_navigation.footprint_clearing import FootprintClearing
 from robotont_map_navigation.held import Held
 from robotont_map_navigation.localization_check import LocalizationCheck
-from robotont_map_navigation.readings import floor_map_of
+from robotont_map_navigation.map_clearing import FootprintClearing
+from robotont_map_navigation.readings import Frames, floor_map_of
 
 UNKNOWN = -1  # as of nav_msgs/OccupancyGrid
 PARAMETERS = ()
@@ -22,10 +21,9 @@ class NavigationMonitor:
     """The four in one process, for which /tf, 100 messages per second, and the map are read once."""
 
     def __init__(self, _parameters):
-        transforms = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(transforms)
-        self._readers = LocalizationCheck(transforms), FootprintClearing(transforms)
-        self._others = Arrival(), Held()
+        frames = Frames()
+        self._readers = LocalizationCheck(frames), FootprintClearing(frames)
+        self._others = Arrival(), Held(frames.base)
         self._for_amcl, self._for_planning = (rospy.Publisher(f"map_for_{who}", OccupancyGrid, queue_size=1, latch=True)
                                               for who in ("amcl", "planning"))
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
@@ -38,7 +36,7 @@ class NavigationMonitor:
         self._for_planning.publish(wide_enough(message))
         floor_map = floor_map_of(message)
         for reader in self._readers:
-            reader.take_map(message, floor_map)
+            reader.take_map(floor_map)
 
 
 def wide_enough(message):

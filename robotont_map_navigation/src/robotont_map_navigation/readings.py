@@ -18,28 +18,32 @@ def needed_radius():
     return sum(rospy.get_param(COSTMAP + name, 0.0) for name in ("robot_radius", "footprint_padding"))
 
 
-def base_frame():
-    """The robot's frame."""
-    return rospy.get_param(COSTMAP + "robot_base_frame", "base_link")
-
-
-def odometry_frame():
-    """The frame of the odometry, in which the local costmap lies."""
-    return rospy.get_param("move_base/local_costmap/global_frame", "odom")
-
-
 def floor_map_of(message):
     """FloorMap of a nav_msgs/OccupancyGrid."""
     cells = np.array(message.data, np.int8).reshape(message.info.height, message.info.width)
-    return FloorMap(cells, message.info.resolution, pose_of(message.info.origin))
+    return FloorMap(cells, message.info.resolution, pose_of(message.info.origin), message.header.frame_id)
 
 
-def look_up(transforms, frame, child, stamp=None, timeout=0.0):
-    """geometry_msgs/Transform of a frame `child` in `frame`, the newest or that of a stamp; None when unknown."""
-    try:
-        return transforms.lookup_transform(frame, child, stamp or rospy.Time(), rospy.Duration(timeout)).transform
-    except tf2_ros.TransformException:
-        return None
+class Frames:
+    """What tf knows. base: the robot's frame; odometry: that in which the local costmap lies; both by move_base's."""
+
+    def __init__(self):
+        self.base = rospy.get_param(COSTMAP + "robot_base_frame", "base_link")
+        self.odometry = rospy.get_param("move_base/local_costmap/global_frame", "odom")
+        self._transforms = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self._transforms)
+
+    def look_up(self, frame, child, stamp=None, timeout=0.0):
+        """geometry_msgs/Transform of a frame `child` in `frame`, the newest or that of a stamp; None when unknown."""
+        try:
+            found = self._transforms.lookup_transform(frame, child, stamp or rospy.Time(), rospy.Duration(timeout))
+            return found.transform
+        except tf2_ros.TransformException:
+            return None
+
+    def robot_in(self, frame):
+        """(x [m], y [m], yaw [rad]) of the robot in a frame; None when unknown."""
+        return place_of(self.look_up(frame, self.base))
 
 
 def place_of(transform):

@@ -1,30 +1,20 @@
 """The command relocalize: turns the robot around once, and finds by what it has seen where on the map it is."""
 
-import argparse
 import math
 import time
 
 import numpy as np
 import rospy
-import tf2_ros
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
 from robotont_driver.kinematics.se2 import between, compose
-from robotont_map_navigation.goal import DONE, GAVE_UP, LOST, NOT_THERE, Goal, Outcome
+from robotont_map_navigation.goal import Goal, Outcome, Status
 from robotont_map_navigation.place_search import near, search
-from robotont_map_navigation.readings import (
-    base_frame,
-    floor_map_of,
-    look_up,
-    needed_radius,
-    odometry_frame,
-    place_of,
-    rays_of,
-)
-from robotont_map_navigation.tool import run_tool, wait_for
+from robotont_map_navigation.readings import Frames, floor_map_of, needed_radius, place_of, rays_of
+from robotont_map_navigation.tool import wait_for
 
 SPEED = 0.6      # [rad/s] of the turn
 PERIOD = 0.1     # [s] between two commands
@@ -44,9 +34,7 @@ class Relocalize:
         self._map = None
         self._trouble = ""
         self._scans = []
-        self._transforms = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self._transforms)
-        self._base, self._odometry = base_frame(), odometry_frame()
+        self._frames = Frames()
         self._command = rospy.Publisher("cmd_vel/navigation", Twist, queue_size=1)
         self._pose = rospy.Publisher("initialpose", PoseWithCovarianceStamped, queue_size=1)
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
@@ -59,28 +47,31 @@ class Relocalize:
                             ("amcl", self._pose.get_num_connections),
                             ("cmd_vel_mux", self._command.get_num_connections)):
             if not wait_for(there, WAIT):
-                return Outcome(NOT_THERE, f"no {what} within {WAIT:g} s: do robot.launch and navigation.launch run?")
+                return Outcome(Status.NOT_THERE,
+                               f"no {what} within {WAIT:g} s: do robot.launch and navigation.launch run?")
         del self._scans[:]
         return self._turn() or self._find()
 
     def _find(self):
         """Search with what has been seen; the Outcome."""
-        rays, believed = self._seen(), self._place(self._map.header.frame_id)
-        found = search(floor_map_of(self._map), rays, needed_radius() / 2, believed) if rays[0].size else []
+        floor_map, rays = floor_map_of(self._map), self._seen()
+        believed = self._frames.robot_in(floor_map.frame)
+        found = search(floor_map, rays, needed_radius() / 2, believed) if rays[0].size else []
         if not found or found[0].share < LEAST:
-            return Outcome(LOST, f"no place of the map explains {LEAST:.0%} of what is seen, or no wall is seen: {ASK}")
+            return Outcome(Status.LOST,
+                           f"no place of the map explains {LEAST:.0%} of what is seen, or no wall is seen: {ASK}")
         first, *others = found
         stays = believed and near(first.pose, believed)
         if others and not stays and first.share - others[0].share < CLEARER:
-            return Outcome(LOST, f"{Goal(*first.pose)} and {Goal(*others[0].pose)} look alike from here: {ASK}")
-        self._tell(self._map.header.frame_id, first.pose)
+            return Outcome(Status.LOST, f"{Goal(*first.pose)} and {Goal(*others[0].pose)} look alike from here: {ASK}")
+        self._tell(floor_map.frame, first.pose)
         wait_for(lambda: not self._trouble, WAIT)
         if self._trouble:
-            return Outcome(LOST, f"found {Goal(*first.pose)}, but {self._trouble}: {ASK}")
+            return Outcome(Status.LOST, f"found {Goal(*first.pose)}, but {self._trouble}: {ASK}")
         elsewhere = max((other.share for other in others), default=0.0)
         room = "; it is where amcl had it, and the room has changed" if stays and elsewhere > first.share else ""
-        return Outcome(DONE, f"found at {Goal(*first.pose)}: the map explains {first.share:.0%} of what is seen, at "
-                       f"other places {elsewhere:.0%} at most{room}")
+        return Outcome(Status.DONE, f"found at {Goal(*first.pose)}: the map explains {first.share:.0%} of what is "
+                       f"seen, at other places {elsewhere:.0%} at most{room}")
 
     def _turn(self):
         """Turn once around; an Outcome when something holds the robot."""
@@ -95,8 +86,8 @@ class Relocalize:
                 if step > 0.1 * SPEED * PERIOD:
                     moved = time.monotonic()
                 if time.monotonic() - moved > STUCK:
-                    return Outcome(GAVE_UP, "the robot does not turn: is the emergency stop pressed, or does somebody "
-                                   "drive by hand?")
+                    return Outcome(Status.GAVE_UP, "the robot does not turn: is the emergency stop pressed, or does "
+                                   "somebody drive by hand?")
         finally:
             self._command.publish(Twist())
         time.sleep(RUN_OUT)
@@ -106,15 +97,15 @@ class Relocalize:
         """(ends 2 x N, free 2 x M) [m] of all scans, in the robot's frame as it stands now."""
         here, seen = self._place(), [(np.zeros((2, 0)),) * 2]
         for scan in tuple(self._scans):
-            sensor = look_up(self._transforms, self._odometry, scan.header.frame_id, scan.header.stamp)
+            sensor = self._frames.look_up(self._frames.odometry, scan.header.frame_id, scan.header.stamp)
             if sensor:
                 from_here = between(here, (*place_of(sensor)[:2], 0.0))
                 seen.append([np.array(compose(from_here, (*rays, 0.0))[:2]) for rays in rays_of(scan, sensor)])
         return [np.hstack(each) for each in zip(*seen)]
 
-    def _place(self, frame=None):
-        """Pose (x, y, yaw) of the robot in a frame, that of the odometry unless another is named; None when unknown."""
-        return place_of(look_up(self._transforms, frame or self._odometry, self._base))
+    def _place(self):
+        """Pose (x, y, yaw) of the robot in the odometry's frame; None when unknown."""
+        return self._frames.robot_in(self._frames.odometry)
 
     def _tell(self, frame, pose):
         message = PoseWithCovarianceStamped()
@@ -131,12 +122,3 @@ class Relocalize:
 
     def _on_trouble(self, message):
         self._trouble = message.data
-
-
-def main():
-    """Run relocalize; returns the exit status."""
-    parser = argparse.ArgumentParser(
-        prog="relocalize", description="Turn the robot around, and find by its scan where on the map it is.",
-        epilog="exit status: 0 found, amcl is told; 1 it does not turn; 3 no navigation; 8 not found; 130 Ctrl-C")
-    parser.parse_args(rospy.myargv()[1:])
-    return run_tool("relocalize", lambda: Relocalize().run())

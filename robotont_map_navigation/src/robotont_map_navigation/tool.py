@@ -6,7 +6,7 @@ import time
 import rosgraph
 
 from robotont_driver.rospy_repairs.rospy_process import init_tool
-from robotont_map_navigation.goal import DONE, INTERRUPTED, NOT_THERE, Outcome
+from robotont_map_navigation.goal import Outcome, Status
 
 
 def run_tool(name, work):
@@ -16,10 +16,10 @@ def run_tool(name, work):
             init_tool(name)
             end = work()
         else:
-            end = Outcome(NOT_THERE, f"no ROS master at {rosgraph.get_master_uri()}: is roslaunch running?")
+            end = Outcome(Status.NOT_THERE, f"no ROS master at {rosgraph.get_master_uri()}: is roslaunch running?")
     except KeyboardInterrupt:
-        end = Outcome(INTERRUPTED, "interrupted")
-    print(end.words, file=sys.stdout if end.status == DONE else sys.stderr, flush=True)
+        end = Outcome(Status.INTERRUPTED, "interrupted")
+    print(end.words, file=sys.stdout if end.status == Status.DONE else sys.stderr, flush=True)
     return end.status
 
 

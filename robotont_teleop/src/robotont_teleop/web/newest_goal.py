@@ -4,7 +4,7 @@ import threading
 
 from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.ros.worker import Worker
-from robotont_map_navigation.goal import NOT_THERE, Outcome
+from robotont_map_navigation.goal import Outcome, Status
 
 OLDEST = 3.0  # [s] of a goal that goes out: to check it asks the master, which may be gone or hang
 
@@ -57,7 +57,7 @@ class NewestGoal:
                 return 0.0
             self._wanted = None
             if boot_time() - self._asked > OLDEST:
-                outcome = Outcome(NOT_THERE, "not sent, for the ROS master has answered too late: send it again")
+                outcome = Outcome(Status.NOT_THERE, "not sent, for the ROS master has answered too late: send it again")
             if outcome:
                 self._goto.leave(cancel=True)  # the robot must not go on to the goal before
             else:

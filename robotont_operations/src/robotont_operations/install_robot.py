@@ -15,18 +15,7 @@ import rospkg
 
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_operations.installation import (
-    KEPT,
-    PAGE_UNIT,
-    STATE,
-    LinkError,
-    install,
-    installation,
-    installed_units,
-    read,
-    remove,
-    unreadable,
-)
+from robotont_operations import installation
 
 AFTER_INSTALL = (("systemd-sysusers",), ("udevadm", "control", "--reload"),
                  ("udevadm", "trigger", "--subsystem-match=tty"), ("systemctl", "daemon-reload"))
@@ -106,7 +95,7 @@ def main(arguments=None):
         again = " ".join(map(shlex.quote, sys.argv[1:]))
         print(f"install-robot: {error.filename} may not be written: sudo ./robotont install-robot {again}",
               file=sys.stderr)
-    except (OSError, LinkError) as error:
+    except (OSError, installation.LinkError) as error:
         print(f"install-robot: {error}", file=sys.stderr)
     return 1
 
@@ -118,7 +107,7 @@ def _udev_rules():
 def _install(options):
     used = [part for name in ("CMAKE_PREFIX_PATH", "ROS_PACKAGE_PATH", "PYTHONPATH")
             for part in os.environ.get(name, "").split(":") if os.path.isdir(part)]
-    closed = unreadable(used)
+    closed = installation.unreadable(used)
     if closed:
         print(f"install-robot: the services' user may not enter {closed}: sudo chmod o+x {closed}, "
               "or move the workspace to /opt", file=sys.stderr)
@@ -133,30 +122,32 @@ def _install(options):
         print("install-robot: no xacro: the robot starts without its model. "
               "For one: ./robotont setup sim, then this again")
     templates = Path(rospkg.RosPack().get_path("robotont_operations")) / "install"
-    files, links = installation(templates, _udev_rules(), os.environ, options, model)
-    print(f"written, under {options.root}:", *install(files, links, options.robot, options.root), sep="\n  ")
-    kept = Path(options.root, KEPT)
-    if model and "description:=false" in read(kept):
+    files, links = installation.planned(templates, _udev_rules(), os.environ, options, model)
+    written = installation.install(files, links, options.robot, options.root)
+    print(f"written, under {options.root}:", *written, sep="\n  ")
+    kept = Path(options.root, installation.KEPT)
+    if model and "description:=false" in installation.read(kept):
         print(f"install-robot: {kept} is kept, and says description:=false: without it the robot has its model")
-    units, good = installed_units(options.root), True
+    units, good = installation.installed_units(options.root), True
     if options.live:
         good = run((*AFTER_INSTALL, ("systemctl", "restart", *units)))
         print("next: ./robotont status; the log: journalctl -fu 'robotont*'")
-    if PAGE_UNIT in units:
+    if installation.PAGE_UNIT in units:
         host = socket.gethostname() if options.live else "ROBOT"
         print(f"phones: http://{host}:8100/ (or the first address that hostname -I prints there), and once the token "
               "that is made at the first start: sudo cat /var/lib/robotont/robotont_teleop_token")
     if options.fleet:
         print("fleet: the password that ./robotont fleet --add prints there:\n  echo PASSWORD | sudo install -o "
-              f"robotont -m 600 /dev/stdin /{STATE}/robotont_fleet_password; sudo systemctl restart robotont-fleet")
+              f"robotont -m 600 /dev/stdin /{installation.STATE}/robotont_fleet_password; "
+              "sudo systemctl restart robotont-fleet")
     return 0 if good else 1
 
 
 def _remove(options):
-    units = installed_units(options.root)
+    units = installation.installed_units(options.root)
     if not units:
         print(f"install-robot: nothing is installed under {options.root}", file=sys.stderr)
         return 1
     good = not options.live or run([("systemctl", "stop", *reversed(units))])
-    print(f"removed, under {options.root}:", *remove(options.root, _udev_rules()), sep="\n  ")
+    print(f"removed, under {options.root}:", *installation.remove(options.root, _udev_rules()), sep="\n  ")
     return 0 if (not options.live or run(AFTER_REMOVAL)) and good else 1

@@ -24,7 +24,7 @@ OURS = "Installed by ./robotont install-robot"  # in each of our units; the make
 NETWORK_ONLINE = "Wants=network-online.target\nAfter=network-online.target\n"
 
 
-def installation(templates, udev_rules, environment, options, model):
+def planned(templates, udev_rules, environment, options, model):
     """{path under the root: contents} of the files of a robot, and of its units' links {path: target}.
 
     templates: folder of the units; udev_rules: paths of the rules; environment: that of a shell with the workspace
@@ -96,7 +96,7 @@ def read(path):
 
 
 def install(files, links, robot, root):
-    """Write an `installation` under `root`; returns the paths under it that were written, and what was kept beside.
+    """Write what is `planned` under `root`; returns the paths under it that were written, and what was kept beside.
 
     robot: to be put into a robot.conf that is there already; "": none. A unit that is somebody else's gets another
     name. Raises OSError; LinkError before anything is written.
@@ -165,8 +165,5 @@ def remove(root, udev_rules):
 
 def unreadable(paths):
     """The first folder on the way to one of the paths into which not every user may go; None if all may be read."""
-    for path in map(Path, paths):
-        for folder in (*reversed(path.resolve().parents), path.resolve()):
-            if folder.is_dir() and not os.stat(str(folder)).st_mode & 0o001:
-                return folder
-    return None
+    folders = (folder for path in map(Path, paths) for folder in (*reversed(path.resolve().parents), path.resolve()))
+    return next((folder for folder in folders if folder.is_dir() and not folder.stat().st_mode & 0o001), None)

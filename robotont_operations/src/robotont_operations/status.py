@@ -1,6 +1,7 @@
 """./robotont status: running nodes, state of the board, active input and faults, in one short table."""
 
 import argparse
+import collections
 import contextlib
 import os
 import sys
@@ -46,11 +47,10 @@ def restarts(master):
         except (*probes.RPC_ERRORS, TypeError, ValueError):  # gone, or another program at its port
             return ()
         return running + ended
-    counts = {}
+    counts = collections.Counter()
     for name, started in (pair for pairs in probes.all_in_time(processes, uris, 1.5) for pair in pairs or ()):
-        node = "/" + name.rpartition("-")[0]
-        counts[node] = counts.get(node, 0) + started - 1
-    return {node: count for node, count in counts.items() if count > 0}
+        counts["/" + name.rpartition("-")[0]] += started - 1
+    return +counts  # those above 0
 
 
 def look():

@@ -122,7 +122,8 @@ def _likely_slip(groups, free):
     Of many repeats only the information of REPEATS counts here: the derivatives contain the noise of the counts, which
     many runs would take for parameters that differ widely.
     """
-    groups = [_Group(*(part * min(1.0, REPEATS / group.amount) for part in group[:3]), group.amount) for group in groups]
+    groups = [_Group(*(part * min(1.0, REPEATS / group.amount) for part in group[:-1]), group.amount)
+              for group in groups]
     found = minimize_scalar(
         lambda logarithm: _mixed(groups, free, math.exp(logarithm))[2]
         + ((logarithm - math.log(SLIP)) / SLIP_TIE) ** 2, bounds=np.log((1e-6, 0.1)), method="bounded")

@@ -31,9 +31,9 @@ def start_cause():
     """
     note = machine.mem32[_NOTE] & 0xFFFFFFFF
     machine.mem32[_NOTE] = 0
-    causes = {machine.PWRON_RESET: "power", machine.HARD_RESET: "button", machine.WDT_RESET: "watchdog",
-              machine.SOFT_RESET: "soft"}  # fmt: skip
-    return {REPL_WISHED: "repl", CRASHED: "crash"}.get(note) or causes.get(machine.reset_cause(), "other")
+    return {REPL_WISHED: "repl", CRASHED: "crash"}.get(note) or {
+        machine.PWRON_RESET: "power", machine.HARD_RESET: "button", machine.WDT_RESET: "watchdog",
+        machine.SOFT_RESET: "soft"}.get(machine.reset_cause(), "other")
 
 
 def leave_note(note):
@@ -56,7 +56,6 @@ class Board:
     def __init__(self, config):
         check_pin_profile.check(config)
         self._motor_pins = check_pin_profile.motor_pins(config)
-        self._hold()
         self._motors = len(config.PWM)
         self._config = config
         self._ticks = 0  # written by the tick's interrupt alone
@@ -184,11 +183,7 @@ class Board:
         """Switch the motors off for good: no pulses, then plain pins held low, also after this program."""
         for motor in range(self._motors):
             self.drive(motor, 0)
-        self._hold()
-
-    def _hold(self):
-        """Drive every pin that could turn a motor low; in reset they float (hence the pull-downs)."""
-        for pin in self._motor_pins:
+        for pin in self._motor_pins:  # which float in a reset (hence the pull-downs)
             pyb.Pin(pin, pyb.Pin.OUT_PP, value=0)
 
 

@@ -20,7 +20,7 @@ from robotont_flash.board_check import FlashError
 MACHINE = "NUCLEO-L476RG"
 ARCHITECTURE = "armv7emsp"  # of its processor
 TEXT = ("boot.py", "main.py")  # MicroPython starts these two as text only, and in the root
-STEP_TIME = 60  # [s] of mpremote; all files take about 10 s
+STEP_TIME = 60  # [s] of one program; all files take mpremote about 10 s
 OTHER_BOARD = """\
 {port} is "{found}"; this firmware is for a {machine} with MicroPython 1.24 or newer (for files {made}; ./robotont
 flash brings their compiler). The program that may have run on it starts again now."""
@@ -69,13 +69,13 @@ getattr(os, "sync", int)()
 """
 
 
-def run(name, *arguments, seconds=60):
+def run(name, *arguments):
     """Run a program of the virtual environment, or of PATH; return the process, with all that it says."""
     found = shutil.which(name, path=os.pathsep.join([os.path.dirname(sys.executable), os.environ.get("PATH", "")]))
     if not found:
         raise FlashError(f"{name} is not installed: use ./robotont flash, or pip install {name}")
     return subprocess.run([found, *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors="replace",
-                          check=False, timeout=seconds)  # fmt: skip
+                          check=False, timeout=STEP_TIME)  # fmt: skip
 
 
 def stage(package, wiring, folder):
@@ -107,7 +107,7 @@ def compile_file(path, target):
 def mpremote(port, *arguments):
     """Run mpremote on the port; FlashError when no MicroPython answers, a command fails or takes too long."""
     try:
-        ended = run("mpremote", "connect", port, *arguments, seconds=STEP_TIME)
+        ended = run("mpremote", "connect", port, *arguments)
     except subprocess.TimeoutExpired:
         raise FlashError(f"mpremote {arguments[0]} on {port} did not end within {STEP_TIME} s.") from None
     if ended.returncode != 0:

@@ -79,10 +79,8 @@ def measure(numbers, counts: int, periods: int) -> int:
 
 
 @micropython.viper
-def far_away(numbers) -> int:
+def far_away(away: int, edge: int) -> int:
     """Return the way that a wheel that should stand was moved, beyond an edge: within one it stands."""
-    n, sign = ptr32(numbers), int(SIGN)
-    away, edge = n[_AWAY] << sign >> sign, 1 << n[_SHIFT]
     return away - edge if away > edge else away + edge if away < 0 - edge else 0
 
 
@@ -110,8 +108,7 @@ def against(numbers, speed: int, ahead: int, periods: int, brake: int) -> int:
     least = 0 if periods else fast if fast < edge else edge  # one edge of a wheel that is held may be a tremor
     clear = least if clear < least else most if clear > most else clear
     clear = clear if speed > 0 else 0 - clear
-    n[_AWAY] = away
-    effort = 0 - (brake * clear >> 16) - (n[_STIFFNESS] * int(far_away(numbers)) >> 16) >> n[_SOFTNESS]
+    effort = 0 - (brake * clear >> 16) - (n[_STIFFNESS] * int(far_away(away, edge)) >> 16) >> n[_SOFTNESS]
     along = (effort > 0 and speed > 0) or (effort < 0 and speed < 0)
     if clear != 0 and along:
         away -= away >> 2  # it goes back: less is enough
@@ -265,9 +262,9 @@ class Pid:
         numbers = self.n
         n, sign = ptr32(numbers), int(SIGN)
         speed = int(measure(numbers, counts, periods))
-        before = n[_EFFORT] << sign >> sign
+        before, away, edge = n[_EFFORT] << sign >> sign, n[_AWAY] << sign >> sign, 1 << n[_SHIFT]
         if n[_HELD]:  # what held it on a slope goes on, also where it was just shorted
-            integral, most = 0 - n[_STIFFNESS] * int(far_away(numbers)) // n[_I], n[_MAX_INTEGRAL]
+            integral, most = 0 - n[_STIFFNESS] * int(far_away(away, edge)) // n[_I], n[_MAX_INTEGRAL]
             n[INTEGRAL] = most if integral > most else 0 - most if integral < 0 - most else integral
         mean = n[MEAN] << sign >> sign
         fault = int(speed_fault(numbers, speed, periods))
@@ -277,7 +274,7 @@ class Pid:
         error, most = mean - speed, n[_FREE] >> 1
         error = most if error > most else 0 - most if error < 0 - most else error
         effort = int(follow_up(numbers, setpoint, speed, error, straight * n[_LEAD] + turning * n[_TURN_LEAD], periods))
-        half, edge, follows = (n[MEAN] << sign >> sign) >> 1, 1 << n[_SHIFT], n[_FOLLOWS]
+        half, follows = (n[MEAN] << sign >> sign) >> 1, n[_FOLLOWS]
         if (half > 0 and speed < half - edge and effort < 0) or (half < 0 and speed > half + edge and effort > 0):
             effort = 0  # no braking turns it round
         if (effort > 0 and speed > follows) or (effort < 0 and speed < 0 - follows):

@@ -61,7 +61,8 @@ def test_speeds(keys):
     ("w", ["w"], ""), ("ww ", ["w", "w", " "], ""), ("\x1b[A\x1b[D", ["up", "left"], ""), ("\x1bOC", ["right"], ""),
     ("\x1b", ["\x1b"], ""), ("\x1b[", [], "\x1b["), ("\x1b[1;5A", ["other"], ""), ("\x1b[3~w", ["other", "w"], ""),
     ("WaQU\x1b[A", ["w", "a", "q", "u", "up"], ""),  # Caps Lock
-    ("\x1b[" + 20 * "1" + "\x1b[A", ["other", "up"], "")])
+    ("\x1b[" + 20 * "1" + "\x1b[A", ["other", "up"], ""),
+    ("\x1b[ ", ["other", " "], ""), ("\x1bO  w", ["other", " ", " ", "w"], "")])  # Alt-[, Alt-O, and then STOP
 def test_keys_of_a_terminal(text, keys_, rest):
     assert split_keys(text) == (keys_, rest)
 

@@ -21,8 +21,9 @@ SPEED_KEYS = {  # key: factors of the linear and the angular speed
 }
 EMERGENCY_STOP, QUIT = " ", ("\x03", "\x04", "\x1b")
 RELEASE = "\x15"  # Ctrl-U: no letter, which a slip or Caps Lock could make
-KEY = re.compile(r"\x1b[\[O][^A-Za-z~\x1b]*[A-Za-z~]?|.", re.DOTALL)  # a sequence of ECMA-48, or a letter
-BEGUN = re.compile(r"\x1b[\[O][^A-Za-z~\x1b]{0,13}\Z")
+# a sequence of ECMA-48 that a key sends, or a letter; no blank nor Ctrl-D: behind Alt-[ they are keys, that stop
+KEY = re.compile(r"\x1b[\[O][^A-Za-z~\x00- ]*[A-Za-z~]?|.", re.DOTALL)
+BEGUN = re.compile(r"\x1b[\[O][^A-Za-z~\x00- ]{0,13}\Z")
 ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 MOST_AT_ONCE = 10    # keys; no keyboard makes more between two looks, so they have waited, as in a network that hung
 REPEATS_WITHIN = 0.15  # [s] a key that comes again sooner is held, not pressed twice

@@ -1,6 +1,6 @@
 """Holds what a wheel counts against what it is driven with, by four rules; each finds what a healthy wheel does not do.
 
-    NO_COUNTS  more is asked for it than what gravity and stiction may hold (MAX_LOAD) for 260 ms, in which it makes
+    NO_COUNTS  more is asked for it than what gravity and stiction may hold (MAX_LOAD) for 400 ms, in which it makes
                less than a quarter of the way that is wanted, and at least six edges of that are missing
     WRONG_WAY  driven one way, and counting the other way, for 450 ms: longer than a push
     TOO_MANY   more counts than the motor can make, for three control periods
@@ -22,7 +22,7 @@ TOO_MANY = const(5)  # another encoder or gear than configured, or noise
 NOISE = const(6)  # encoder unplugged, or its cable picks up the motors
 
 PART = const(4)  # of the way that is wanted, within
-TIME = 260  # [ms] by the first rule,
+TIME = 400  # [ms] by the first rule: longer than a push on a slope that leaves a wheel little,
 WRONG_TIME = 450  # and of the second
 BEYOND = const(3)  # [control periods] of the third
 TURNS = const(8)  # of the fourth,

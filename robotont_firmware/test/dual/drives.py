@@ -71,7 +71,7 @@ def limit(config, units):
 
 def time_for(units, driving):
     """Return the time [s] in which it has to be found: the rules' own, and that in which set-points and effort grow."""
-    return 0.7 + (0 if driving else 0.1 + abs(units) / 500)
+    return 0.84 + (0 if driving else 0.1 + abs(units) / 500)
 
 
 def broken(random):

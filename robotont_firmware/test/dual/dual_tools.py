@@ -16,7 +16,7 @@ except ImportError:  # CPython always allocates; the proof is MicroPython's
     lock = unlock = int
 
 
-TIMEOUT, BRAKING, FAULT_HOLD, BLIND_TIME = 24, 100, 25, 16  # [periods] at 50 Hz
+TIMEOUT, BRAKING, FAULT_HOLD, BLIND_TIME = 24, 100, 25, 23  # [periods] at 50 Hz
 FAST = sys.implementation.name == "micropython" and sys.maxsize > 1 << 31  # machine code on the PC's processor
 
 

@@ -16,7 +16,7 @@ from robotont_firmware.wheel_speed import Pid
 
 NUMBERS = Numbers(config)
 EDGE = 1 << NUMBERS.shift
-TIME = 13  # [periods] of 260 ms
+TIME = 20  # [periods] of 400 ms
 WRONG_TIME = 22  # of 450 ms
 
 
@@ -56,7 +56,7 @@ def test_a_slow_wheel_is_judged_by_its_edges():
 
 def test_an_edge_back_is_no_way_that_is_missing():
     for wished, back, expected in (
-        (EDGE // 5, (1, 9), 31), (EDGE, (1, 9), 14), (20 * EDGE, (1, 9), 14), (EDGE // 5, range(200), 31),
+        (EDGE // 5, (1, 9), 31), (EDGE, (1, 9), TIME + 1), (20 * EDGE, (1, 9), TIME + 1), (EDGE // 5, range(200), 31),
     ):
         numbers = wheel()
         found = [drive_fault(numbers, wished, -EDGE if period in back else 0, 0, 1, 1) for period in range(200)]

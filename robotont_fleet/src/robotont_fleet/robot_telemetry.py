@@ -40,9 +40,12 @@ class RobotTelemetry(RobotReports):
         self._frames.listen()
 
     def _look_for_page(self):
-        """Its node may start later, at another address; returns the time to rest."""
+        """Where other computers can open the robot's own page, whose node may start later; returns the time to rest."""
         with contextlib.suppress(OSError):  # the master is away
-            self._page = page_address()
+            given = rospy.get_param("web_teleop_node", {})
+            there = given.get("address") in ("0.0.0.0", "::")
+            scheme = "https" if given.get("certificate") else "http"
+            self._page = f"{scheme}://{own_address()}:{given.get('port', 8100)}/" if there else ""
         return NEXT_PAGE
 
     # Orders
@@ -100,12 +103,3 @@ class RobotTelemetry(RobotReports):
 
     def _pose(self):
         return self._frames.pose(self._base, boot_time())
-
-
-def page_address():
-    """Address of the robot's own page, or "" where other computers cannot open it."""
-    parameters = rospy.get_param("web_teleop_node", {})
-    if parameters.get("address") not in ("0.0.0.0", "::"):
-        return ""
-    scheme = "https" if parameters.get("certificate") else "http"
-    return f"{scheme}://{own_address()}:{parameters.get('port', 8100)}/"

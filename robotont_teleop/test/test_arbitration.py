@@ -133,6 +133,7 @@ def test_an_emergency_stop_locks_at_once_and_goes_on_saying_so(arbiter):
 def test_who_has_asked_for_motion_stops_first_after_a_release_and_who_has_not_may_drive_beside_him():
     arbiter = Arbiter([Input("hand", 0.3, 2.0)])
     other = (-0.1, 0.0, 0.0)
+    arbiter.command("hand", other, -1.0, "keys")  # silent long before
     arbiter.emergency_stop(True, 0.0)
     arbiter.command("hand", HAND, 0.1, "page")
     arbiter.emergency_stop(False, 0.2)

@@ -1,6 +1,8 @@
 """What the pytest modules of this folder share: paths, launch files as roslaunch reads them, the navigation stack."""
 
+import json
 import os
+import subprocess
 import tempfile
 import xmlrpc.client
 from functools import lru_cache, partial
@@ -30,10 +32,19 @@ def missing(packages):
     return [package for package in packages if package not in known]
 
 
-def lacking(*packages):
-    """Why a test that needs ROS packages is skipped; empty when all are there."""
+def needs(*packages):
+    """The mark of tests that are skipped where one of the ROS packages is missing."""
     lacks = missing(packages)
-    return f"not installed: {', '.join(lacks)} (ros-noetic-navigation)" if lacks else ""
+    return pytest.mark.skipif(bool(lacks), reason=f"not installed: {', '.join(lacks)} (ros-noetic-navigation)")
+
+
+def figures_of(program, *arguments, timeout):
+    """What a program of this folder prints as JSON on its last line, within `timeout` [s]."""
+    result = subprocess.run(["/usr/bin/python3", str(PACKAGE / "test" / program), *arguments], check=False, text=True,
+                            timeout=timeout, capture_output=True)
+    print(result.stderr)
+    assert result.stdout, result.stderr
+    return json.loads(result.stdout.splitlines()[-1])
 
 
 class Launch(NamedTuple):

@@ -141,12 +141,18 @@ def test_a_goal_that_is_given_or_checked_during_an_emergency_stop_is_not_what_a_
     assert move_base.goto.check(GOAL) is None
 
 
-@pytest.mark.parametrize("presses", [["/page"], ["/page", ""]])
-def test_a_stop_ends_a_goal_that_waits_also_where_it_has_just_been_sent_again(move_base, presses):
+def waiting(move_base):
+    """(thread, outcomes) of a goal that waits."""
     outcomes = []
     going = threading.Thread(target=lambda: outcomes.append(move_base.goto.go(GOAL, 0.0)), daemon=True)
     going.start()
     wait_for(lambda: any(line.startswith("waits") for line in move_base.shown), "the goal to wait")
+    return going, outcomes
+
+
+@pytest.mark.parametrize("presses", [["/page"], ["/page", ""]])
+def test_a_stop_ends_a_goal_that_waits_also_where_it_has_just_been_sent_again(move_base, presses):
+    going, outcomes = waiting(move_base)
     move_base.after = 5.0  # [s] move_base has not ended the newest one, nor heard of the stop
     wait_for(lambda: move_base.sent > 2, "the next try")
     for who in presses:
@@ -157,9 +163,7 @@ def test_a_stop_ends_a_goal_that_waits_also_where_it_has_just_been_sent_again(mo
 
 
 def test_a_goal_that_waits_is_not_sent_again_once_it_is_left(move_base):
-    going = threading.Thread(target=lambda: move_base.goto.go(GOAL, 0.0), daemon=True)
-    going.start()
-    wait_for(lambda: any(line.startswith("waits") for line in move_base.shown), "the goal to wait")
+    going, _ = waiting(move_base)
     move_base.goto.leave()
     sent = move_base.sent
     going.join(4.0)

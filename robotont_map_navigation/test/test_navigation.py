@@ -1,26 +1,20 @@
 """navigation.launch and goto with the real move_base on the simulator; skipped where that is missing."""
 
-import json
-import subprocess
+from functools import partial
 
 import pytest
-from navigation_tools import NAVIGATION_PACKAGES, PACKAGE, ROOT, lacking
+from navigation_tools import NAVIGATION_PACKAGES, ROOT, figures_of, needs
 
 from robotont_testing.robots import SHIPPED, robot_folder
 
-pytestmark = pytest.mark.skipif(bool(lacking(*NAVIGATION_PACKAGES)), reason=lacking(*NAVIGATION_PACKAGES) or "-")
+pytestmark = needs(*NAVIGATION_PACKAGES)
 
 IN_THE_ROOM = ["--goal", "8", "8", "1.57"]
 ERROR = 0.07  # [m] of the true place at the end; of a hundred goals none was missed by more than 0.05
 THREE = [*IN_THE_ROOM, "--goal", "1", "8.5", "3.0", "--goal", "9", "1", "-1.57"]
 
 
-def run(*arguments, timeout):
-    """Figures of navigation_run.py for each goal."""
-    result = subprocess.run(["/usr/bin/python3", str(PACKAGE / "test" / "navigation_run.py"), *arguments], check=False,
-                            text=True, timeout=timeout, capture_output=True)
-    assert result.stdout, result.stderr
-    return json.loads(result.stdout)
+run = partial(figures_of, "navigation_run.py")  # a list with those of each goal
 
 
 def drive(*arguments):

@@ -79,8 +79,8 @@ def drive_fault(numbers, wished: int, speed: int, push: int, excess: int, period
     wrong = push >= 0 and wished > 0 and speed < 0 - n[_FOLLOWS]
     n[_WRONG] = n[_WRONG] + periods if wrong else 0
     if n[_WRONG] > n[_WRONG_TIME]:
-        return 3
-    return 2 if still > n[_TIME] and missing >= n[_EDGE] * 6 else 0
+        return WRONG_WAY
+    return NO_COUNTS if still > n[_TIME] and missing >= n[_EDGE] * 6 else NO_FAULT
 
 
 @micropython.viper
@@ -89,7 +89,7 @@ def speed_fault(numbers, speed: int, periods: int) -> int:
     n = ptr32(numbers)
     many = speed > n[_REACH] or speed < 0 - n[_REACH]
     n[_MANY] = n[_MANY] + periods if many else 0
-    return 5 if n[_MANY] >= BEYOND else 0
+    return TOO_MANY if n[_MANY] >= BEYOND else NO_FAULT
 
 
 @micropython.viper
@@ -102,4 +102,4 @@ def rest_fault(numbers, speed: int, periods: int) -> int:
         speed < 0 and before > 0 and before - speed >= n[_EDGE] * 3)
     left = n[_TURNED] - periods
     n[_TURNED] = (left if left > 0 else 0) + (n[_FORGET] if turned else 0)
-    return 6 if n[_TURNED] > n[_FORGET] * TURNS else 0
+    return NOISE if n[_TURNED] > n[_FORGET] * TURNS else NO_FAULT

@@ -66,11 +66,11 @@ class StandFirst:
     def press(self, now):
         """The emergency stop begins: who has fallen silent before does not ask for motion."""
         self._asked = {sender: at for sender, at in self._asked.items() if now - at < self._timeout}
-        self._held.intersection_update(self._asked)
+        self._held = set(self._asked)  # also in the process behind this one, which may be released unheard
 
     def release(self, now):
         """It ends: from now on silence counts."""
-        self._asked = dict.fromkeys(self._asked, now)
+        self._asked = {sender: max(at, now) for sender, at in self._asked.items()}
         self._held = set(self._asked)
 
     def admits(self, sender, moves, now):

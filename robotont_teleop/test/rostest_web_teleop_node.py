@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The node of the page: goals, https and token, its end; a STOP over restarts, broken connections and stalls."""
 
+import contextlib
 import re
 import signal
 import subprocess
@@ -94,8 +95,12 @@ class WebTeleopNodeTest(PageServerTest):
         pose = MAP_TO_ODOM[0] + ODOM_TO_BASE[0], MAP_TO_ODOM[1] + ODOM_TO_BASE[1], ODOM_TO_BASE[2]
         for told, real in zip(page.messages["state"]["pose"], pose):
             self.assertAlmostEqual(told, real, places=3)
-        page.order("goal", x=2.0, y=1.0)
-        goal = wait_for(lambda: goals and goals[-1].goal.target_pose, "the goal")
+
+        def ask():  # again, as a person whom a busy computer has told that it was too late
+            page.order("goal", x=2.0, y=1.0)
+            with contextlib.suppress(AssertionError):
+                return wait_for(lambda: goals and goals[-1].goal.target_pose, "the goal", 5.0)
+        goal = wait_for(ask, "the goal")
         self.assertEqual(goal.header.frame_id, "map")
         for given, real in zip(pose_of(goal.pose), (2.0, 1.0, pose[2])):  # it looks as it looked
             self.assertAlmostEqual(given, real, places=3)

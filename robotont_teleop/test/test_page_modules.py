@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from robotont_driver.protocol.official_boards import OLD
 from robotont_teleop.hand.fault_keys import FAULTS, fault_key
 
 HERE = Path(__file__).resolve().parent
@@ -69,6 +70,12 @@ def test_each_key_has_words_in_the_product_that_it_knows():
 @pytest.mark.parametrize("task, words, key", [
     ("robot1/serial_com_node: link", "/dev/ttyACM0: No such file or directory".lower(), "port_missing"),
     ("serial_com_node: link", "port open, but no packets: is the firmware running, at this baudrate?", "board_silent"),
+    ("serial_com_node: link", "/dev/ttyACM0: no packet for 5 s; is the board still plugged in?", "board_silent"),
+    *(("serial_com_node: board", words, "board_unknown") for words in (
+        "the board speaks robotont2, which does not fit this robot (...): robot:=robotont2",
+        "the board drives 4 wheels, wheelAmount is 3: robot:= one with 4 wheels and 50 Hz (docs/robots.md)",
+        "100 packets come per second instead of 50 (pidControlFrequency): another robot's board, other firmware, or "
+        "most of its lines are lost; not driven", OLD)),
     ("serial_com_node: board", "the battery is low at 9.9 V: charge it", "battery_low"),
     ("cmd_vel_mux: who drives", "no driver_node hears its commands", "no_driver"),
     ("cmd_vel_mux: who drives", "/a also on cmd_vel: commands may mix; use cmd_vel/default", "other_publisher"),

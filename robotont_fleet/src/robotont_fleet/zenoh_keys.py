@@ -14,7 +14,7 @@ def check_name(name):
 
 
 def state_key(robot="*"):
-    """What the robot says of itself, as JSON, twice a second and when it changes."""
+    """What the robot says of itself, as JSON, twice a second, and behind an order or a press of a stop."""
     return f"{OWN}/{robot}/state"
 
 

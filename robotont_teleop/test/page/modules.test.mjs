@@ -29,13 +29,16 @@ test("who moves the robot, whoever has the seat", () => {
 });
 
 test("sticks are off wherever they cannot move it", () => {
-  const unplugged = {lights: [{level: 2, key: "port_missing"}]};
+  const lit = (level, key, name = "") => say({}, {status: {lights: [{level, key, name}]}}).slice(1);
   assert.deepEqual(say({stopped: true, driver: 1}), ["stopped", "can_release", false]);
   assert.deepEqual(say({stopped: true, stop_waits: true, mover: ["program", "a"]}),
     ["who_program a", "can_release", false]);
   assert.deepEqual(say({heard: false}).slice(1), ["can_no_mux", false]);
   assert.deepEqual(say({held: [1]}).slice(1), ["can_let_go", false]);
-  assert.deepEqual(say({}, {status: unplugged}).slice(1), ["can_no_board", false]);
+  for (const light of [[2, "port_missing"], [2, "board_unknown"], [1, "no_driver"], [3, "silent", "serial_com_node: link"]]) {
+    assert.deepEqual(lit(...light), ["can_no_board", false]);
+  }
+  assert.deepEqual(lit(1, "board_unknown"), ["can_drive", true]);
   assert.deepEqual(say({}, {stalled: true}).slice(1), ["can_wait", false]);
   assert.deepEqual(truth({open: false}), {who: ["lost", ""], can: "can_nothing", live: false});
 });

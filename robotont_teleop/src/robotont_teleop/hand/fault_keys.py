@@ -9,8 +9,9 @@ FAULTS = tuple((key, re.compile(task + "$"), re.compile(words)) for key, task, w
     ("port_missing", "link", r"no such file|not there|not opened yet|device is gone|unplugged"),
     ("port_taken", "link", r"busy|taken|in use|another program|belongs to"),
     ("port_forbidden", "link", r"[Pp]ermission|may not open|dialout"),
-    ("board_silent", "link", r"but no packets|silent"),
-    ("board_unknown", "link", r"none is a packet|not the robot|another board"),
+    ("board_silent", "link", r"no packets?\b"),
+    ("board_unknown", "link|board", r"none is a packet|another (board|robot)|does not fit|March 2020|"
+                                   r"the board (drives|controls|counts)"),
     ("wrong_rate", "link|stamps", r"pidControlFrequency"),
     ("line_noisy", "link", r"lines (dropped|(are )?lost)|packets lost"),
     ("program_fault", ".*", r"please report it|a fault of this program"),

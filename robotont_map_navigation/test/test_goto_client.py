@@ -170,6 +170,16 @@ def test_a_goal_that_waits_is_not_sent_again_once_it_is_left(move_base):
     assert (going.is_alive(), move_base.sent) == (False, sent)
 
 
+def test_a_goal_on_its_way_is_not_waited_for_once_it_is_left(move_base):
+    move_base.after = 60.0
+    going = threading.Thread(target=lambda: move_base.goto.go(GOAL, 0.0), daemon=True)
+    going.start()
+    wait_for(lambda: move_base.sent, "the goal")
+    move_base.goto.leave()
+    going.join(2.0)  # [s] less than SILENCE, which would end it too
+    assert not going.is_alive()
+
+
 def test_whatever_ends_the_client_takes_its_goal_back(move_base, monkeypatch):
     move_base.after = 1.0
 

@@ -31,3 +31,21 @@ def test_a_tag_is_found_where_it_is():
         _, place = Detector(32, 0.25).find(grey, matrix)[1]
         error = np.linalg.norm(place - (side, camera_place(WHEELS)[1] - 0.2, distance))
         assert error < allowed, (distance, error)
+
+
+@in_own_process
+def test_on_the_way_to_a_tag_no_other_is_found_and_each_place_is_one():
+    """The makers' maze solver took the next message for its tag: a second number, and a place that was no number."""
+    lens = Camera(WHEELS, read_world(MAZE), 424, 240, math.pi / 2)
+    matrix = np.array([[lens.focal_length, 0, 211.5], [0, lens.focal_length, 119.5], [0, 0, 1]])
+    detector = Detector(32, 0.25)
+    found = 0
+    for x in np.arange(0.6, 3.2, 0.01):
+        lens.look((x, 0.6, 0.0))
+        seen = detector.find(np.ascontiguousarray(lens.colour()[..., 1]), matrix)
+        assert {*seen} <= {1, 2}, (x, seen)
+        assert np.isfinite(list(seen.values())).all(), x
+        if 1 in seen:
+            found += 1
+            assert seen[1][1][2] == pytest.approx(3.95 - x - camera_place(WHEELS)[0], rel=0.07), x  # half a pixel
+    assert found > 200

@@ -45,6 +45,7 @@ class Detector:
         options = aruco.DetectorParameters() if new else aruco.DetectorParameters_create()
         options.markerBorderBits = 2
         options.errorCorrectionRate = 0.0
+        options.maxErroneousBitsInBorderRate = 0.1  # else the edge of the sheet is read as another tag's
         options.minMarkerPerimeterRate = 0.02
         options.minMarkerDistanceRate = 0.01  # the edge of the white sheet is near that of the tag, and no other tag
         if new:
@@ -67,6 +68,8 @@ class Detector:
             cv2.cornerSubPix(grey, corner, (window, window), (-1, -1), UNTIL)
             places = (corner.reshape(4, 2) + 0.5) / ENLARGED - 0.5
             good, rotation, place = cv2.solvePnP(self._corners, places, matrix, None, flags=cv2.SOLVEPNP_IPPE_SQUARE)
+            if not np.isfinite(place).all():  # straight ahead; it takes the other's as its beginning
+                good, rotation, place = cv2.solvePnP(self._corners, places, matrix, None)
             if good:
                 found[number] = rotation.ravel(), place.ravel()
         return found

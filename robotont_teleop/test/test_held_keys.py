@@ -76,4 +76,6 @@ def test_no_letter_releases_the_emergency_stop():
 def test_of_keys_that_have_waited_only_those_count_that_stop():
     typed = ["w", RELEASE, "w", " ", "\x1b"]
     assert keys_of_now(typed, settled=True) == typed
-    assert keys_of_now(typed, settled=False) == keys_of_now(3 * typed, settled=True)[:2] == [" ", "\x1b"]
+    assert keys_of_now(["\x1b", *typed], settled=True) == [*typed[:-1], "\x1b", "\x1b"]
+    assert keys_of_now(typed, settled=False) == [" ", "\x1b"]
+    assert keys_of_now(3 * typed, settled=True) == 3 * [" "] + 3 * ["\x1b"]

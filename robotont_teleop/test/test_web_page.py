@@ -183,7 +183,7 @@ def test_without_its_board_sticks_are_still_and_a_finger_has_to_come_anew(page, 
     report(served)
     page.push_until(lambda: drives(served), "motion", "#move", up=0.9)
     report(served, {LINK: (2, "/dev/x: no such file")})
-    page.wait("$('can').innerText === 'No board: sticks are off'", "why not")
+    page.wait("$('can').innerText === 'Board not reached: sticks are off'", "why not")
     wait_for(lambda: not drives(served), "the stop")
     report(served)
     page.wait("$('can').innerText === 'Let go of the sticks once'", "the request")

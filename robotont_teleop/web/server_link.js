@@ -63,13 +63,14 @@ export class Link {
   receive(message) {
     if (message.kind === "hello") {
       this.page = message.page;
+      this.time = message.time; // from now on orders go out
       this.heard = performance.now();
       this.on.connection(true);
       if (this.stopWanted) {
         this.stop();
       }
     } else if (message.kind === "state") {
-      this.time = Math.max(this.time ?? 0, message.time);
+      this.time = Math.max(this.time, message.time);
       this.heard = performance.now();
       // that it stands by another's press, or by an older one of this server, says nothing of this one
       this.stopWanted = message.pressed_here && message.pressed_at !== this.stopWanted?.before ? null : this.stopWanted;

@@ -26,7 +26,7 @@ function whoMoves({mover: [kind, name], driver}, page) {
 
 function whatAStickDoes(stalled, state, status, page) {
   const immovable = status?.lights.some(({level, key, name}) => key === "no_driver" ||
-    (level === 2 && IMMOVABLE.includes(key)) || (level === 3 && /link$/.test(name)));
+    (level === 2 && IMMOVABLE.includes(key)) || (level === 3 && name.endsWith("link")));
   const program = state.driven_by === "default" ? "can_take_it" : "can_mix";
   const found = [
     [stalled, "can_wait"],

@@ -89,7 +89,7 @@ function makeLink(t) {
   t.mock.method(globalThis, "setInterval", () => 0);
   t.mock.method(globalThis, "setTimeout", () => 0);
   const link = new Link({connection() {}});
-  const hello = (page) => (link.socket.readyState = 1) && link.receive({kind: "hello", page});
+  const hello = (page) => (link.socket.readyState = 1) && link.receive({kind: "hello", page, time: 1});
   const state = (pressed_here, pressed_at) => link.receive({kind: "state", time: 1, stopped: true, pressed_here, pressed_at});
   return {link, hello, state};
 }
@@ -108,6 +108,14 @@ test("a STOP goes out again until the server presses it, whoever else has presse
   hello(3);
   assert.deepEqual(link.socket.sent, []);
   assert.equal(link.stopWanted, null);
+});
+
+test("what is pressed as soon as the page is connected goes out, before the first state", (t) => {
+  const {link, hello} = makeLink(t);
+  link.order({kind: "take"});
+  hello(1);
+  link.order({kind: "take"});
+  assert.deepEqual(link.socket.sent, ["take"]);
 });
 
 test("a page whose STOP has not arrived is not left for a token", async (t) => {

@@ -72,10 +72,12 @@ class HeldKeys:
 
 
 def keys_of_now(keys, settled):
-    """Those that count; of some that may have waited only what stops. settled: whether this process was not held up."""
-    if settled and len(keys) <= MOST_AT_ONCE:
-        return keys
-    return [key for key in keys if key == EMERGENCY_STOP or key in QUIT]
+    """Those that count; of some that may have waited only what stops. settled: whether this process was not held up.
+
+    What ends the program comes last: a stop that came with it goes out.
+    """
+    waited = not settled or len(keys) > MOST_AT_ONCE
+    return sorted((key for key in keys if not waited or key == EMERGENCY_STOP or key in QUIT), key=QUIT.__contains__)
 
 
 def split_keys(text):

@@ -52,7 +52,8 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         self.set_nodelay(True)
         limit_waiting(self, SEND_BUFFER)
         speeds = self.server.seat.speeds
-        self.send({"kind": "hello", "page": self.number, "robot": self.server.robot.name, **speeds._asdict()})
+        self.send({"kind": "hello", "page": self.number, "robot": self.server.robot.name,
+                   "time": round(time.monotonic() * 1000.0, 1), **speeds._asdict()})
 
     def on_message(self, text):
         """Called by tornado."""

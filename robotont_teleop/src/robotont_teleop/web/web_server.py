@@ -1,7 +1,7 @@
 """The web server of the page: logins and messages in, the newest state out. Free of ROS.
 
-`robot` (RobotView in web_teleop_node) is the robot of the pages: `send(twist)`, `goal(x, y)`, `cancel()`,
-`give_back()`, `reset_odometry()` and its `emergency_stop`, which never wait; `state()`, `status()`, `figures()`,
+`robot` (RobotView in web_teleop_node) is the robot of the pages: `send(twist)`, `goal(x, y)`, `cancel()`, the
+orders without values of page_messages, and its `emergency_stop`, which never wait; `state()`, `status()`, `figures()`,
 `map_picture`, `camera`, `name`.
 """
 
@@ -94,7 +94,7 @@ class WebServer(PageServer):
         elif message.kind == "goal":
             self.robot.goal(*message.values)
         else:
-            getattr(self.robot, message.kind)()  # give_back, reset_odometry
+            getattr(self.robot, message.kind)()  # an order without values
 
     def _send(self, twist):
         left = self.seat.time_left(time.monotonic())

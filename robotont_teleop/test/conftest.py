@@ -38,6 +38,7 @@ def browser():
 @pytest.fixture
 def page(browser, served):
     opened = open_page(browser, served)
+    opened.wait("$('dot').dataset.level !== '1'", "the first state: no key that comes before it drives")
     yield opened
     assert opened.complaints() == []
     opened.close()

@@ -5,6 +5,9 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+import time
+from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
 from roslaunch.config import load_config_default
@@ -101,3 +104,13 @@ def test_the_name_that_is_to_be_free_is_that_which_roslaunch_gives_the_node(give
 def test_without_a_master_nothing_runs(master_uri):
     done = finished(REQUIRE, ROS_MASTER_URI=master_uri.format(port=free_port()))
     assert (done.returncode, done.stdout, done.stderr) == (0, "true\n", "")
+
+
+def test_a_master_that_a_busy_computer_holds_up_is_waited_for():
+    with SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False) as master:
+        uri = f"http://127.0.0.1:{master.server_address[1]}"
+        master.register_function(lambda *_: time.sleep(1.5) or [1, "", uri], "lookupNode")
+        master.register_function(lambda *_: [1, "", 7], "getPid")
+        threading.Thread(target=master.serve_forever, daemon=True).start()
+        assert require.running(["/driver_node"], uri) == ("/driver_node", "process 7 on 127.0.0.1")
+        master.shutdown()

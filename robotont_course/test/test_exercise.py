@@ -71,7 +71,7 @@ WRONG = {  # programs of exercise 2 by what is wrong: the text, and what the jud
              "publisher = rospy.Publisher('ground_truth/odom', Odometry, queue_size=1)\nlie = Odometry()\n"
              "lie.pose.pose.position.x = 1.35\nlie.pose.pose.orientation.w = 1.0\n"
              "while not rospy.is_shutdown():\n    lie.header.stamp = rospy.Time.now()\n    publisher.publish(lie)\n"
-             "    rospy.sleep(0.01)\n", "published nothing"),
+             "    rospy.sleep(0.01)\n", "but on /ground_truth/odom"),
     "takes_its_name": ("import rospy\nrospy.init_node('simulator_node')\nrospy.spin()\n",
                        "took the name /simulator_node"),
     "stops_too_far": (HEAD + "twist.linear.x = 0.2\nfor _ in range(20):\n    publisher.publish(twist)\n"

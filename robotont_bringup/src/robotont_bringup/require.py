@@ -21,7 +21,7 @@ from urllib.parse import urlsplit
 import rospkg
 
 CALLER = "/robotont_require"
-PATIENCE = 1.0  # [s] for each answer
+PATIENCE = 5.0  # [s] for each answer: where a busy computer's comes later, a second launch is let in beside the first
 SETTLE = 0.3    # [s] within which two launches that ask at once have both claimed
 FRESH = 30.0    # [s] for which a claim counts; until then a launch has its nodes on the master
 RPC_ERRORS = (OSError, ValueError, xmlrpc.client.Error, http.client.HTTPException, xml.parsers.expat.ExpatError)

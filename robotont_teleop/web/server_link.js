@@ -70,7 +70,7 @@ export class Link {
         this.stop();
       }
     } else if (message.kind === "state") {
-      this.time = Math.max(this.time, message.time);
+      this.time = Math.max(this.time ?? 0, message.time);
       this.heard = performance.now();
       // that it stands by another's press, or by an older one of this server, says nothing of this one
       this.stopWanted = message.pressed_here && message.pressed_at !== this.stopWanted?.before ? null : this.stopWanted;

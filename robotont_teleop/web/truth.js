@@ -25,8 +25,9 @@ function whoMoves({mover: [kind, name], driver}, page) {
 }
 
 function whatAStickDoes(stalled, state, status, page) {
-  const immovable = status?.lights.some(({level, key, name}) => key === "no_driver" ||
-    (level === 2 && IMMOVABLE.includes(key)) || (level === 3 && name.endsWith("link")));
+  const links = status?.lights.filter(({name}) => name.endsWith("link")) ?? []; // of a node that was replaced, too
+  const immovable = (links.length > 0 && links.every(({level}) => level === 3)) || status?.lights.some(
+    ({level, key}) => key === "no_driver" || (level === 2 && IMMOVABLE.includes(key)));
   const program = state.driven_by === "default" ? "can_take_it" : "can_mix";
   const found = [
     [stalled, "can_wait"],

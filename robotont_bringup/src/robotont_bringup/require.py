@@ -21,6 +21,7 @@ from urllib.parse import urlsplit
 import rospkg
 
 CALLER = "/robotont_require"
+REACHED = 1.0   # [s] for the connection to a node
 PATIENCE = 5.0  # [s] for each answer: where a busy computer's comes later, a second launch is let in beside the first
 SETTLE = 0.3    # [s] within which two launches that ask at once have both claimed
 FRESH = 30.0    # [s] for which a claim counts; until then a launch has its nodes on the master
@@ -88,7 +89,7 @@ def _starts(host, pid, since):
 def _listens(uri):
     """Whether a process has the port of a node's URI; not when it was killed, or its computer is out of reach."""
     try:
-        socket.create_connection((urlsplit(uri).hostname, urlsplit(uri).port)).close()
+        socket.create_connection((urlsplit(uri).hostname, urlsplit(uri).port), REACHED).close()
     except (OSError, ValueError):
         return False
     return True

@@ -39,6 +39,8 @@ test("sticks are off wherever they cannot move it", () => {
     assert.deepEqual(lit(...light), ["can_no_board", false]);
   }
   assert.deepEqual(lit(1, "board_unknown"), ["can_drive", true]);
+  const replaced = [{level: 3, key: "silent", name: "serial_com_node: link"}, {level: 0, key: "", name: "robotont_node: link"}];
+  assert.deepEqual(say({}, {status: {lights: replaced}}).slice(1), ["can_drive", true]);
   assert.deepEqual(say({}, {stalled: true}).slice(1), ["can_wait", false]);
   assert.deepEqual(truth({open: false}), {who: ["lost", ""], can: "can_nothing", live: false});
 });

@@ -64,8 +64,7 @@ def test_the_second_launch_is_refused_with_the_name_of_the_first_until_that_was_
         assert (gone.returncode, gone.stdout, gone.stderr) == (0, "true\n", "")
 
 
-def test_a_second_mux_is_refused_by_each_launch_file_that_starts_one(capfd, monkeypatch):
-    monkeypatch.delenv("ROS_NAMESPACE", raising=False)  # of an earlier test in this process
+def test_a_second_mux_is_refused_by_each_launch_file_that_starts_one(capfd):
     with Master() as master:
         master.start(places.program("robotont_teleop", "cmd_vel_mux"))
         pid = pid_of(master, "/cmd_vel_mux")

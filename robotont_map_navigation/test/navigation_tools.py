@@ -5,9 +5,10 @@ import os
 import subprocess
 import tempfile
 import xmlrpc.client
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Dict, NamedTuple
+from unittest import mock
 
 import pytest
 import rospkg
@@ -63,7 +64,9 @@ def of_command(*given):
     return PARAM_VALUE(None, *given)
 
 
-loader.Loader.param_value = lambda self, *given: (of_command if given[-1] else partial(PARAM_VALUE, self))(*given)
+def param_value(self, *given):
+    """roslaunch's own, but for commands; only while read_launch reads: other tests of this process want theirs run."""
+    return of_command(*given) if given[-1] else PARAM_VALUE(self, *given)
 
 
 @lru_cache(maxsize=None)
@@ -79,7 +82,8 @@ def read_launch(file, *arguments):
         os.environ["ROS_PACKAGE_PATH"] = f"{before}:{folder}"
         substitution_args._rospack = None  # which keeps what it has once found
         try:
-            config = load_config_default([(str(places.launch(file)), list(arguments))], None)
+            with mock.patch.object(loader.Loader, "param_value", param_value):
+                config = load_config_default([(str(places.launch(file)), list(arguments))], None)
         finally:
             os.environ["ROS_PACKAGE_PATH"] = before
             substitution_args._rospack = None

@@ -74,7 +74,7 @@ behind() {
 # On Ubuntu 20.04's Python with its versions of libraries: all but rostests and what needs tf2, which is compiled. What
 # rosrun and roslaunch start runs on this system's Python.
 test_on_python38() {
-    local python list venv=$WORK/python3.8 lists=(ubuntu-20.04 sim flash lint test)
+    local python list venv=$WORK/python3.8 lists=(ubuntu-20.04 sim calibration flash lint test)
     for python in "$(pyenv root 2>/dev/null)"/versions/3.8*/bin/python3.8 python3.8 ""; do
         ! "${python:-true}" -c "" 2>/dev/null || break
     done

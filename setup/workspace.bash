@@ -102,7 +102,7 @@ setup_state() {
 venv_of() {
     [ -f "$ROOT/setup/pypi/$1.txt" ] || return 0
     case $1 in
-        sim | fleet) echo venv ;;  # for nodes
+        sim | fleet | calibration) echo venv ;;  # for nodes
         *) echo tools ;;  # for no node
     esac
 }

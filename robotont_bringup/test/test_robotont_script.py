@@ -157,7 +157,7 @@ def test_every_command_answers_h(command, tmp_path):
     assert result.returncode == 0
     assert result.stdout.startswith(f"./robotont {command}: ")
     assert [line for line in result.stdout.splitlines() if len(line) > 80] == []
-    named = {"sim": "--world", "demo": "--bad-bytes", "keys": "~linear_speed", "install-robot": "--network"}
+    named = {"sim": "--world", "demo": "--picture", "keys": "~linear_speed", "install-robot": "--network"}
     assert named.get(command, "") in result.stdout
     if command in ("keys", "release"):
         assert "__ns:=/NAMESPACE" in result.stdout

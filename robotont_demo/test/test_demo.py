@@ -1,4 +1,4 @@
-"""The demo's parts without ROS: its plan, when it begins, its command line; its comparison: test_odometry_report."""
+"""The demo's parts without ROS: its plan, when it begins, its command line, its picture."""
 
 import math
 
@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
+from robotont_calibration.trajectory import Trajectory
 from robotont_demo.demo import parse
 from robotont_demo.recording import obeys
-from robotont_demo.scenario import PERIOD, commanded_path, plan
+from robotont_demo.scenario import PERIOD, commanded_path, draw, plan
 
 
 def test_the_plan_is_a_square_and_a_circle_with_one_turn_within_the_limits():
@@ -35,12 +36,14 @@ def test_the_drive_begins_when_commands_reach_a_board_that_obeys():
     assert obeys(known, {"packets written": "3"})
 
 
-@pytest.mark.parametrize("words, complaint", [
-    (["--bad-bytes", "0.2"], "--bad-bytes: found 0.2, allowed: 0 to 0.05"),
-    (["--picture", "/no/such/folder/demo.png"], "No such file or directory: '/no/such/folder/demo.png'"),
-])
-def test_wrong_options_are_refused_before_the_drive(words, complaint, capsys):
+def test_a_picture_that_cannot_be_written_is_refused_before_the_drive(capsys):
     with pytest.raises(SystemExit) as end:
-        parse(words)
+        parse(["--picture", "/no/such/folder/demo.png"])
     assert end.value.code == 2
-    assert complaint in capsys.readouterr().err
+    assert "No such file or directory: '/no/such/folder/demo.png'" in capsys.readouterr().err
+
+
+def test_the_picture(tmp_path):
+    odometry, truth = (Trajectory([0.0, 1.0], [(0, 0, 0), (end, 0, 1.0)]) for end in (1.01, 1.0))
+    draw(tmp_path / "demo.png", "demo", odometry, truth, np.zeros((2, 2)), 0.03)
+    assert (tmp_path / "demo.png").read_bytes().startswith(b"\x89PNG")

@@ -70,10 +70,10 @@ class Recording:
         stamps = [clock.stamp(at, at, number) for number, at in enumerate(arrivals)]
         return np.array(stamps) / SECOND, np.array([counts for _, counts in self.packets])
 
-    def recomputed(self, wheels):
-        """`Trajectory` of the odometry that these packets make with other `Wheels`, from the origin."""
+    def recomputed(self, wheels, point=(0.0, 0.0)):
+        """`Trajectory` of a point (x, y) [m] of base_link, by these packets with other `Wheels`, from the origin."""
         times, counts = self.counts(wheels)
-        return Trajectory(times, se2.path(steps_of(wheels, counts)))
+        return Trajectory(times, np.transpose(se2.compose(se2.path(steps_of(wheels, counts)).T, (*point, 0.0))))
 
 
 def read_recording(path, topics):

@@ -31,11 +31,6 @@ class Trajectory:
         return Trajectory(times, np.column_stack([
             np.interp(times, self.times, column) for column in self.poses.T]))
 
-    @property
-    def steps(self):
-        """[m] K - 1 distances from each pose to the next."""
-        return np.hypot(*np.diff(self.poses[:, :2], axis=0).T)
-
 
 def synchronise(estimate, reference):
     """Both trajectories at the times of the estimate, where they overlap; the estimate laid on the reference's start.

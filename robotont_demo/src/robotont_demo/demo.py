@@ -15,14 +15,14 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Float32
 
 from robotont_bringup.stack import StackError, scratch, stack
-from robotont_calibration.odometry_report import draw, sizes
 from robotont_calibration.trajectory import synchronise
 from robotont_demo.recording import Recorder
-from robotont_demo.scenario import PERIOD, commanded_path, plan
+from robotont_demo.scenario import PERIOD, commanded_path, draw, errors_of, plan
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
 
-REST = 0.2  # [s] of standing that the odometry has to show
+REST = 0.2         # [s] of standing that the odometry has to show
+BAD_BYTES = 0.001  # share of the board's bytes that the line spoils
 
 
 def parse(words):
@@ -30,15 +30,11 @@ def parse(words):
     parser = CommandLine(prog="./robotont demo", description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--robot", default="", metavar="NAME or FOLDER", help="of config/robots [thesis]")
     parser.add_argument("--picture", type=Path, default="demo.png", help="where to put the picture [%(default)s]")
-    parser.add_argument("--bad-bytes", type=float, default=0.001, metavar="RATE",
-                        help="share of the board's bytes that the line spoils [%(default)s]")
     options = parser.parse_args(words)
     try:
         options.robot = read_robot(options.robot)
     except (OSError, ValueError) as error:
         parser.error(str(error))
-    if not 0.0 <= options.bad_bytes <= 0.05:
-        parser.error(f"--bad-bytes: found {options.bad_bytes}, allowed: 0 to 0.05")
     try:
         options.picture.open("ab").close()  # now, not after the drive
     except OSError as error:
@@ -55,11 +51,11 @@ def run(options):
     with scratch() as folder, stack("demo", folder, "robotont_bringup", "simulation.launch", f"port:={folder}/board",
                                     f"robot:={options.robot.folder}/") as wait_for:
         recorder = Recorder()
-        rospy.Publisher("simulator_node/byte_errors", Float32, queue_size=1, latch=True).publish(options.bad_bytes)
+        rospy.Publisher("simulator_node/byte_errors", Float32, queue_size=1, latch=True).publish(BAD_BYTES)
         drive(steps, recorder, wait_for)
         recorder.end()
     odometry, truth = synchronise(recorder.trajectory("odometry"), recorder.trajectory("truth"))
-    error = [values[-1] for values in sizes(odometry.poses - truth.poses)]
+    error = [values[-1] for values in errors_of(odometry, truth)]
     link = recorder.link
     for what, value in (
             ("packets written to the line", link["packets written"]),
@@ -107,7 +103,7 @@ def main():
         signal.signal(ending, signal.default_int_handler)
     options = parse(sys.argv[1:])
     print(f"driving the simulator, robot {options.robot.folder.name}: a square of 1 m, then a circle while turning "
-          f"(some 30 s);\nthe demo itself spoils {100 * options.bad_bytes:g} % of the board's bytes on the way",
+          f"(some 30 s);\nthe demo itself spoils {100 * BAD_BYTES:g} % of the board's bytes on the way",
           flush=True)
     try:
         good = run(options)

@@ -6,7 +6,6 @@ Do the clocks agree? Each answer is one line; without a master the others have n
 
 import argparse
 import contextlib
-import errno
 import http.client
 import os
 import socket
@@ -17,6 +16,7 @@ import xmlrpc.client
 import xmlrpc.server
 from calendar import timegm
 from email.utils import parsedate
+from xml.parsers.expat import ExpatError
 
 import rosgraph.network
 
@@ -25,6 +25,7 @@ from robotont_operations import probes
 GOOD, NOTE, FAULT = "ok", "note", "FAULT"
 CALLER = "/robotont_network"  # the name of this program in its questions to the master
 PATIENCE = 1.5   # [s] for the master's call
+LISTENING = 1.1  # [s] to a clock that shows whole seconds
 TOLERANCE = 0.2  # [s] between two clocks; tf's listeners wait about as long for a transform
 QUESTION = xmlrpc.client.dumps((CALLER,), "getPid")
 
@@ -40,32 +41,25 @@ def master_answers(uri):
     if address is None:
         return (f"unresolvable name: this machine finds no address of {host!r} (ROS_MASTER_URI): export ROS_MASTER_URI="
                 f"http://ADDRESS_OF_THE_ROBOT:{port}, or add a line 'ADDRESS {host}' to /etc/hosts"), None
-    words = _no_answer(uri, host if host == address else f"{host} ({address})", address, port)
-    return words and "master unreachable: " + words, address
-
-
-def _no_answer(uri, where, address, port):
-    """What keeps a master from answering, or ""."""
+    where = host if host == address else f"{host} ({address})"
+    own = own_address_towards(address) or "THE_ADDRESS_OF_THIS_MACHINE"
+    let_in = f"there, sudo ufw allow from {own} (ROS 1 needs all TCP ports above 1023)"
     try:
-        code, words, _ = probes.remote(uri, 1.0).getPid(CALLER)
-        if code == 1:
-            return ""
+        _, _, _ = probes.remote(uri, 1.0).getPid(CALLER)
+        return "", address
     except ConnectionRefusedError:
-        if address.startswith("127."):
-            return (f"no process listens at port {port} of this machine itself (ROS_MASTER_URI={uri}): on a laptop: "
-                    f"export ROS_MASTER_URI=http://ADDRESS_OF_THE_ROBOT:{port}; on the robot: start the stack")
-        return (f"{where} answers, but no process listens at port {port}, or a firewall there rejects: start the "
-                "robot's stack there; if it runs, it keeps to itself: ./robotont install-robot --network ADDRESS "
-                f"there; else there: {let_in(address)}")
-    except (*probes.RPC_ERRORS, TypeError, ValueError) as error:  # the last two: no answer of three values
-        if isinstance(error, OSError) and error.errno == errno.ENETUNREACH:
-            return (f"this machine has no way to {where}: plug in the cable or join the robot's Wi-Fi, then look at "
-                    "'ip address'")
-        if isinstance(error, OSError) and not isinstance(error, (ConnectionError, http.client.HTTPException)):
-            return (f"no answer from {where} port {port}: is it switched on, in this network, its cable in? ping "
-                    f"{address}. If that answers, its firewall: there, {let_in(address)}")
-        words = error
-    return f"{where} port {port} answers, but not as a ROS master ({words}): check the port in ROS_MASTER_URI"
+        words = (f"no process listens at port {port} of this machine itself (ROS_MASTER_URI={uri}): on a laptop: "
+                 f"export ROS_MASTER_URI=http://ADDRESS_OF_THE_ROBOT:{port}; on the robot: start the stack")
+        if not address.startswith("127."):
+            words = (f"{where} answers, but no process listens at port {port}, or a firewall there rejects: start the "
+                     "robot's stack there; if it runs, it keeps to itself: ./robotont install-robot --network ADDRESS "
+                     f"there; else {let_in}")
+    except (ConnectionError, http.client.HTTPException, xmlrpc.client.Error, ExpatError, TypeError, ValueError) as why:
+        words = f"{where} port {port} answers, but not as a ROS master ({why}): check the port in ROS_MASTER_URI"
+    except OSError:
+        words = (f"no answer from {where} port {port}: is it switched on, in this network, its cable in (look at 'ip "
+                 f"address')? ping {address}. If that answers, its firewall: {let_in}")
+    return "master unreachable: " + words, address
 
 
 def knows_my_name(environment, master, announced, found):
@@ -75,8 +69,7 @@ def knows_my_name(environment, master, announced, found):
     """
     own = own_address_towards(master)
     set_by = "ROS_HOSTNAME" if environment.get("ROS_HOSTNAME") else "ROS_IP"
-    value = environment.get(set_by, "")
-    source = f"{set_by}={value}" if value else f"ROS_IP is not set: the host name {announced!r}"
+    source = f"{set_by}={announced}" if environment.get(set_by) else f"ROS_IP is unset: the host name {announced!r}"
     remedy = f"export ROS_IP={own}" + ("" if set_by == "ROS_IP" else " and unset ROS_HOSTNAME")
     if is_own(master):
         remedy = "export ROS_IP=ADDRESS, that of this machine in the other's network (ip address)"
@@ -95,10 +88,7 @@ def knows_my_name(environment, master, announced, found):
 
 
 def calls_back(uri, master, announced):
-    """(level, words): whether the master reaches this machine; a topic of its own is registered meanwhile.
-
-    Raises RPC_ERRORS.
-    """
+    """(level, words): whether the master reaches this machine; a topic of its own is registered meanwhile."""
     called, own = threading.Event(), own_address_towards(master)
     topic, caller = f"{CALLER}/way_back_{os.getpid()}", f"{CALLER}_{os.getpid()}"
     with xmlrpc.server.SimpleXMLRPCServer(("0.0.0.0", 0), logRequests=False) as server:
@@ -110,6 +100,8 @@ def calls_back(uri, master, announced):
             calls.registerPublisher(caller, topic, "std_msgs/Empty", here)
             if called.wait(PATIENCE):
                 return GOOD, "the master's machine reaches this one"
+        except probes.RPC_ERRORS:
+            return FAULT, "master unreachable: it stopped answering in mid-check: check the Wi-Fi or the cable"
         finally:
             with contextlib.suppress(*probes.RPC_ERRORS):
                 calls.unregisterSubscriber(caller, topic, here)
@@ -123,43 +115,30 @@ def calls_back(uri, master, announced):
 
 
 def clocks_agree(address, port):
-    """(level, words): whether the clock of the master's machine agrees with this one's."""
-    measured = clock_difference(address, port)
-    if measured is None:
-        return NOTE, f"the clock of {address} does not show in its answers"
-    difference, uncertainty = measured
+    """(level, words): whether the clock of the master's machine agrees with this one's.
+
+    Every answer of Python's HTTP server, as rosmaster has it, has a `Date` in whole seconds. A date d in an answer that
+    was asked for at t0 and came at t1 bounds the difference to [d - t1, d + 1 - t0]; the second's tick makes it narrow.
+    """
+    low, high = float("-inf"), float("inf")
+    end = time.monotonic() + LISTENING
+    start = time.time() - time.monotonic()  # steady: this machine's clock may step meanwhile
+    while time.monotonic() < end:
+        before = time.monotonic() + start
+        try:
+            with contextlib.closing(http.client.HTTPConnection(address, port, timeout=1.0)) as connection:
+                connection.request("POST", "/RPC2", QUESTION, {"Content-Type": "text/xml"})
+                date = timegm(parsedate(connection.getresponse().getheader("Date")))
+        except (OSError, http.client.HTTPException, TypeError):  # the last: it has none
+            return NOTE, f"the clock of {address} does not show in its answers"
+        low, high = max(low, date - time.monotonic() - start), min(high, date + 1.0 - before)
+        time.sleep(0.03)
+    difference, uncertainty = (low + high) / 2, abs(high - low) / 2
     if abs(difference) - uncertainty > TOLERANCE:
         return FAULT, (f"clocks apart: that of {address} is {abs(difference):.1f} s "
                        f"{'ahead of' if difference > 0 else 'behind'} this machine's: sudo apt-get install chrony on "
                        "both (without internet: docs/trouble.md)")
     return GOOD, f"the clock of {address} agrees within {max(0.01, abs(difference) + uncertainty):.2f} s"
-
-
-def clock_difference(address, port, duration=1.1, period=0.03):
-    """(difference, uncertainty) [s] of the clock behind an HTTP server to this machine's; positive: theirs is ahead.
-
-    Every answer of Python's HTTP server (rosmaster, rospy) has a `Date` in whole seconds. A date d in an answer asked
-    for at t0 and had at t1 bounds the difference to [d - t1, d + 1 - t0]; the second's tick within `duration` [s] makes
-    these bounds narrow. None where no answer has a date.
-    """
-    low, high = float("-inf"), float("inf")
-    end = time.monotonic() + duration
-    start = time.time() - time.monotonic()  # steady: this machine's clock may step meanwhile
-    while time.monotonic() < end:
-        before = time.monotonic() + start
-        connection = http.client.HTTPConnection(address, port, timeout=max(0.1, end - time.monotonic()))
-        try:
-            with contextlib.closing(connection):
-                connection.request("POST", "/RPC2", QUESTION, {"Content-Type": "text/xml"})
-                date = parsedate(connection.getresponse().getheader("Date", ""))
-        except (OSError, http.client.HTTPException):
-            return None
-        if date is None:
-            return None
-        after = time.monotonic() + start
-        low, high = max(low, timegm(date) - after), min(high, timegm(date) + 1.0 - before)
-        time.sleep(period)
-    return (low + high) / 2, abs(high - low) / 2
 
 
 def is_own(address):
@@ -178,12 +157,6 @@ def own_address_towards(address):
     return None
 
 
-def let_in(address):
-    """The remedy for a firewall on the machine at an address that keeps this one out."""
-    own = own_address_towards(address) or "THE_ADDRESS_OF_THIS_MACHINE"
-    return f"sudo ufw allow from {own} (ROS 1 needs all TCP ports above 1023)"
-
-
 def check(environment):
     """Yield (level, words) of each question, as it is answered."""
     uri = environment.get("ROS_MASTER_URI", "").rstrip("/") or "http://localhost:11311"
@@ -193,16 +166,12 @@ def check(environment):
     yield (FAULT, trouble) if trouble else (GOOD, f"the master answers at {uri}")
     if trouble:
         return
-    clock = None if is_own(master) else probes.start(clocks_agree, master, probes.master_place(uri)[1])
     found = resolved.result()
     yield knows_my_name(environment, master, announced, found)
-    if clock:
+    if not is_own(master):
         if found and is_own(found) and not found.startswith("127."):
-            try:
-                yield calls_back(uri, master, announced)
-            except probes.RPC_ERRORS:
-                yield FAULT, "master unreachable: it stopped answering in mid-check: check the Wi-Fi or the cable"
-        yield clock.result()
+            yield calls_back(uri, master, announced)
+        yield clocks_agree(master, probes.master_place(uri)[1])
 
 
 def main():

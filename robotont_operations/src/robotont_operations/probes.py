@@ -1,11 +1,12 @@
 """Calls of other machines, each within a given time."""
 
+import contextlib
 import http.client
 import socket
 import threading
 import xml.parsers.expat
 import xmlrpc.client
-from concurrent.futures import Future, wait
+from concurrent.futures import Future, TimeoutError, wait
 from urllib.parse import urlsplit
 
 # what calls through `remote` raise; the last two where the server speaks something else, as web and SSH servers do
@@ -26,16 +27,6 @@ def start(work, *arguments):
     return future
 
 
-def in_time(work, timeout, *arguments):
-    """(True, result) of `work(*arguments)`, or (False, None) after `timeout` [s]; it then goes on in the background.
-
-    Passes on the exceptions of `work`.
-    """
-    future = start(work, *arguments)
-    finished = bool(wait([future], timeout).done)
-    return finished, future.result() if finished else None
-
-
 def all_in_time(work, arguments, timeout):
     """[result] of `work(argument)` for each, all at once; None where it failed or took longer than `timeout` [s]."""
     futures = [start(work, argument) for argument in arguments]
@@ -45,22 +36,10 @@ def all_in_time(work, arguments, timeout):
 
 def resolve(host):
     """IPv4 address, a string, of a host name; None when the name has none, or the answer takes longer than 1 s."""
-    try:
-        found, addresses = in_time(socket.getaddrinfo, 1.0, host, None, socket.AF_INET, socket.SOCK_STREAM)
-    except (OSError, UnicodeError):
-        return None
-    return addresses[0][4][0] if found else None
-
-
-class _Transport(xmlrpc.client.Transport):
-    def __init__(self, timeout):
-        super().__init__()
-        self._timeout = timeout
-
-    def make_connection(self, host):
-        connection = super().make_connection(host)
-        connection.timeout = self._timeout
-        return connection
+    question = start(socket.getaddrinfo, host, None, socket.AF_INET, socket.SOCK_STREAM)
+    with contextlib.suppress(OSError, UnicodeError, TimeoutError):
+        return question.result(1.0)[0][4][0]
+    return None
 
 
 def master_place(uri):
@@ -75,4 +54,12 @@ def master_place(uri):
 
 def remote(uri, timeout):
     """An XML-RPC proxy each of whose answers may take `timeout` [s]; calls raise RPC_ERRORS."""
-    return xmlrpc.client.ServerProxy(uri, transport=_Transport(timeout))
+    transport = xmlrpc.client.Transport()
+    connect = transport.make_connection
+
+    def connect_in_time(host):
+        connection = connect(host)
+        connection.timeout = timeout
+        return connection
+    transport.make_connection = connect_in_time
+    return xmlrpc.client.ServerProxy(uri, transport=transport)

@@ -99,17 +99,12 @@ def main():
     if probes.master_place(uri) is None:
         print(f"status: found ROS_MASTER_URI={uri}, allowed: http://HOST:PORT", file=sys.stderr)
         return NO_MASTER
-    answered = finished = False
-    with contextlib.suppress(*probes.RPC_ERRORS):
-        answered, _ = probes.in_time(probes.remote(uri, 2.0).getPid, 2.5, CALLER)
-    if not answered:
-        print(f"status: no ROS master at {uri}: no robot runs here. ./robotont sim starts a simulated one; why one in "
-              "the network is not heard: ./robotont network", file=sys.stderr)
-        return NO_MASTER
-    with contextlib.suppress(rosgraph.MasterException, *probes.RPC_ERRORS):
-        finished, rows = probes.in_time(look, LONGEST)
-    if not finished:
-        print(f"status: the ROS master at {uri} has stopped answering", file=sys.stderr, flush=True)
+    try:
+        probes.start(probes.remote(uri, 2.0).getPid, CALLER).result(2.5)
+        rows = probes.start(look).result(LONGEST)
+    except (rosgraph.MasterException, probes.TimeoutError, *probes.RPC_ERRORS):
+        print(f"status: no ROS master answers at {uri}: no robot runs here. ./robotont sim starts a simulated one; why "
+              "one in the network is not heard: ./robotont network", file=sys.stderr, flush=True)
         os._exit(NO_MASTER)  # rospy would ask it once more
     status = worst(rows)
     try:

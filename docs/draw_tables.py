@@ -31,8 +31,8 @@ HEAD = """<!-- Written by docs/draw_tables.py: `./robotont docs`. -->
 
 # Reference: nodes, parameters, launch files, systems
 
-Names of topics are relative. Most nodes publish on `/diagnostics`, too. Beside a parameter stands its default, behind
-the meaning what is allowed.
+A namespace is put before the names of topics. Most nodes publish on `/diagnostics`, too. Beside a parameter stands its
+default, behind the meaning what is allowed.
 
 A node reads its parameters as it starts. After `rosparam set`, end it by `rosnode kill NODE`: robot.launch,
 fleet.launch, gamepad.launch and recorder.launch start their nodes again. With web_teleop_node or simulator_node

@@ -1,4 +1,4 @@
-"""Command line of turned_wheels: shows which wheel counts which way while you turn it by hand.
+"""Shows which wheel counts which way while you turn it by hand.
 
 It listens to the board, of any firmware, and sends nothing, so the motors stay off; but with --bring-up, which
 drives one motor after another.

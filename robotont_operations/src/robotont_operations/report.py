@@ -187,7 +187,8 @@ def parse_arguments():
     parser = CommandLine(
         prog="./robotont report",
         description="Pack the black box, versions, and the robot's parameters and logs for whoever is asked for help. "
-        "It holds nothing of programs that know a password or a token, and nothing of others.")
+        "No program whose words are in it knows a password or a token. The names of all nodes and topics are in it, "
+        "and this computer's addresses, devices, disk and memory.")
     parser.add_argument("--output", metavar="FILE.tar.gz",
                         help="default: robotont_report_TIME.tar.gz in this folder")
     parser.add_argument("--black-box", default=folder, metavar="FOLDER", help="of recorder_node [%(default)s]")

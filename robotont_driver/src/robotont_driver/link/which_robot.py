@@ -1,4 +1,4 @@
-"""Command line of which_robot: listens to a board and prints the launch line that drives it. Needs no ROS master."""
+"""Listens to a board and prints the launch line that drives it. Needs no ROS master."""
 
 import argparse
 import importlib.util

@@ -6,7 +6,6 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from robotont_teleop.web.access import (
-    ATTEMPTS,
     Access,
     host_allowed,
     is_loopback,
@@ -16,7 +15,8 @@ from robotont_teleop.web.access import (
 
 
 @pytest.mark.parametrize("token, mode, words", [
-    ("a-good-token", 0o644, "found mode 644, allowed: 600"), ("short", 0o600, "found 5 characters"),
+    ("a-token-of-its-own", 0o644, "found mode 644, allowed: 600"),
+    ("fifteen-letters", 0o600, "found 15 characters, allowed: 16"),
     ("\0" * 23, 0o600, "found 23 characters"), ("two words in a line", 0o600, "without blanks")])
 def test_a_token_that_others_can_read_or_that_is_none_is_refused(tmp_path, token, mode, words):
     path = tmp_path / "token"
@@ -42,7 +42,8 @@ def test_all_who_start_at_once_have_the_same_token_which_is_their_owners_only(tm
 
 def test_the_right_token_and_its_cookie_come_in():
     access = Access("secret-secret")
-    assert access.log_in("secret-secret", "10.0.0.1", 0.0) == "in"
+    assert access.knows("secret-secret")
+    assert not access.knows("wrong")
     assert access.admits(access.cookie)
     assert "secret-secret" not in access.cookie
     assert Access("secret-secret").admits(access.cookie), "a restart of the server must not ask again"
@@ -52,18 +53,6 @@ def test_the_right_token_and_its_cookie_come_in():
 @pytest.mark.parametrize("cookie", [None, "", "secret-secret", "ä", "0" * 64])
 def test_wrong_cookies_stay_out(cookie):
     assert not Access("secret-secret").admits(cookie)
-
-
-def test_guessing_is_slow_and_locks_out_nobody_else_from_however_many_addresses():
-    access = Access("secret-secret")
-    for number in range(1500):
-        assert access.log_in("wrong", f"10.0.{number // 200}.{number % 200}", 10.0) == "wrong"
-    assert access.log_in("secret-secret", "10.0.99.1", 10.0) == "in"
-    for _ in range(ATTEMPTS):
-        assert access.log_in("wrong", "10.0.99.2", 10.0) == "wrong"
-    assert access.log_in("secret-secret", "10.0.99.2", 11.0) == "later"
-    assert access.log_in("secret-secret", "10.0.99.1", 11.0) == "in"
-    assert access.log_in("secret-secret", "10.0.99.2", 71.0) == "in"
 
 
 @pytest.mark.parametrize("host, own, names, allowed", [

@@ -25,9 +25,9 @@ class NotedRobot:
 
     map_picture = b"\x89PNG"
     camera = SimpleNamespace(picture=lambda: None)
+    name = "Robotont"
 
-    def __init__(self, name="Robotont"):
-        self.name = name
+    def __init__(self):
         self.sent = []
         self.orders = []
         self.emergency_stop = SimpleNamespace(press=self._press, release=self._release, pressed=False, pressed_at=0.0)
@@ -61,9 +61,6 @@ class NotedRobot:
                 "stopped": self.stopped, "stop_waits": False, "pressed_here": self.stopped,
                 "heard": True}
 
-    def figures(self):
-        return [{"name": "r1", "up": True, "age": None}], {"r1": {"link": {"level": 0}}}
-
     def status(self):
         return {"frame": "odom", "lights": [], "board": "", "battery": None, "radius": None, "near": [], "map": None,
                 "scan": None, "camera": False, "navigation": False, "goal": None, "note": {"number": 0, "words": ""}}
@@ -90,9 +87,9 @@ class Client(LoopClient):
 class Served(Client):
     """The server in the same loop as its clients, for a `with` block."""
 
-    def __init__(self, token=None, oldest=0.2, dead_man=0.3, robot="Robotont"):
+    def __init__(self, token=None, oldest=0.2, dead_man=0.3):
         super().__init__()
-        self.robot = NotedRobot(robot)
+        self.robot = NotedRobot()
         self.access = Access(token)
         self._seat = DrivingSeat(SPEEDS, oldest, dead_man)
 

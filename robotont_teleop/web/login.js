@@ -8,7 +8,7 @@ async function logIn(token) {
     location.replace("./");
     return;
   }
-  $("answer").textContent = text(response.status === 429 ? "token_later" : "token_wrong");
+  $("answer").textContent = text("token_wrong");
   $("answer").hidden = false;
 }
 

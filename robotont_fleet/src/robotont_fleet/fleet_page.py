@@ -86,7 +86,7 @@ def read_ground(path):
 
 def page_files():
     """The page's files by name: its own, and the login and the style of robotont_teleop's."""
-    return {**read_files("robotont_teleop", "Robotont fleet"), **read_files("robotont_fleet")}
+    return {**read_files("robotont_teleop"), **read_files("robotont_fleet")}
 
 
 def zenoh_settings(options):

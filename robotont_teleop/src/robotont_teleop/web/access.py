@@ -5,15 +5,12 @@ import hmac
 import ipaddress
 import re
 import secrets
-from collections import deque
 from pathlib import Path
 
 from robotont_driver.parameters.files import alone_in, read_file, write_file
 
-ATTEMPTS, ATTEMPTS_PERIOD = 5, 60.0  # wrong tokens of an address within [s], after which none of it is looked at
-REMEMBERED = 1000                    # wrong tokens, of all addresses
-LONGEST_TOKEN = 128
-LARGEST_FILE = 10_000                # [bytes] of a token
+TOKEN = re.compile("[!-~]{16,128}")  # nobody guesses such a one over a network, so wrong ones need no limit
+LARGEST_FILE = 10_000  # [bytes] of a token
 HOST = re.compile(r"(?:\[([0-9a-f:.]+)\]|([\w.-]+))(?::[0-9]*)?")  # a header's, with or without a port
 
 
@@ -30,8 +27,8 @@ def read_or_make_token(path):
     if mode & 0o077:
         raise ValueError(f"{path}: found mode {mode:o}, allowed: 600 (others could read the token)")
     token = read_file(path, LARGEST_FILE).decode("utf-8", "replace").strip()
-    if not 8 <= len(token) <= LONGEST_TOKEN or not re.fullmatch("[!-~]*", token):  # zeros, as after a loss of power
-        raise ValueError(f"{path}: found {len(token)} characters, allowed: 8 to {LONGEST_TOKEN} of ASCII without "
+    if not TOKEN.fullmatch(token):  # zeros, as after a loss of power
+        raise ValueError(f"{path}: found {len(token)} characters, allowed: 16 to 128 of ASCII without "
                          "blanks; delete the file to get a new token")
     return token
 
@@ -44,7 +41,6 @@ class Access:
 
     def __init__(self, token, cookie_name="robotont_teleop", file=None):
         self.token, self.cookie_name, self.file = token, cookie_name, file
-        self._failures = deque(maxlen=REMEMBERED)  # (time [s], address) of wrong tokens, the oldest first
 
     @property
     def cookie(self):
@@ -56,18 +52,9 @@ class Access:
         """Whether a browser with this cookie (a string, or None) may come in."""
         return self.token is None or _same(cookie or "", self.cookie)
 
-    def log_in(self, token, address, now):
-        """"in", "wrong" or "later", for a token shown by an address at time `now` [s].
-
-        Each address has attempts of its own and there is no limit for all together, so that nobody locks out others by
-        wrong tokens, from however many addresses. They do not help to guess: a token that was made here has 128 bits.
-        """
-        if sum(other == address and now - time < ATTEMPTS_PERIOD for time, other in self._failures) >= ATTEMPTS:
-            return "later"
-        if self.token is not None and _same(token, self.token):
-            return "in"
-        self._failures.append((now, address))
-        return "wrong"
+    def knows(self, token):
+        """Whether this is the token."""
+        return self.token is not None and _same(token, self.token)
 
 
 def _same(one, other):

@@ -1,7 +1,6 @@
 """The requests of browsers other than the page's messages: who may ask, and files, login, map and camera."""
 
 import asyncio
-import json
 import mimetypes
 import time
 from pathlib import Path
@@ -10,11 +9,10 @@ import rospkg
 import tornado.web
 from tornado.iostream import StreamClosedError
 
-from robotont_teleop.web.access import LONGEST_TOKEN, host_allowed, origin_allowed
-from robotont_teleop.web.metrics import KIND
+from robotont_teleop.web.access import host_allowed, origin_allowed
 
 COOKIE_DAYS = 90
-PAGE, LOGIN_PAGE, MANIFEST = "index.html", "login.html", "manifest.webmanifest"
+PAGE, LOGIN_PAGE = "index.html", "login.html"
 CAMERA_WAIT = 5.0  # [s] a request waits for a new picture
 
 
@@ -109,32 +107,12 @@ class LoginHandler(Guarded, tornado.web.RequestHandler):
         """Called by tornado."""
         if not self.origin_allowed:
             raise tornado.web.HTTPError(403, reason="foreign origin")
-        token = self.get_body_argument("token", "")[:LONGEST_TOKEN + 1]
-        answer = self.server.access.log_in(token, self.request.remote_ip, time.monotonic())
-        if answer == "later":
-            raise tornado.web.HTTPError(429, reason="too many wrong tokens: wait a minute")
-        if answer == "wrong":
-            raise tornado.web.HTTPError(401, reason="wrong token")
         access = self.server.access
+        if not access.knows(self.get_body_argument("token", "")):
+            raise tornado.web.HTTPError(401, reason="wrong token")
         self.set_cookie(access.cookie_name, access.cookie, expires_days=COOKIE_DAYS, path="/", httponly=True,
                         samesite="Strict", secure=self.server.scheme == "https")
         self.redirect("/", status=303)
-
-
-class MetricsHandler(Guarded, tornado.web.RequestHandler):
-    """For Prometheus, which shows the page's token as a bearer token."""
-
-    @property
-    def authorised(self):
-        """Whether the request shows the token, or a browser has shown it before."""
-        kind, _, token = self.request.headers.get("Authorization", "").partition(" ")
-        return super().authorised or (
-            kind == "Bearer" and self.server.access.log_in(token, self.request.remote_ip, time.monotonic()) == "in")
-
-    def get(self):
-        """Called by tornado."""
-        self.set_header("Content-Type", KIND)
-        self.finish(self.server.metrics())
 
 
 class MapHandler(Guarded, tornado.web.RequestHandler):
@@ -168,16 +146,13 @@ class CameraHandler(Guarded, tornado.web.RequestHandler):
         await self.finish(picture[1])
 
 
-def read_files(package, robot="Robotont"):
-    """{name: (type, content)} of a package's page, with the robot's name in that of the home screen; no others."""
+def read_files(package):
+    """{name: (type, content)} of a package's page; no others."""
     kinds = {**mimetypes.types_map, ".webmanifest": "application/manifest+json", ".js": "text/javascript"}
     files = {}
     for path in (Path(rospkg.RosPack().get_path(package)) / "web").iterdir():
         kind = kinds.get(path.suffix)
         if kind and path.is_file():
             text = kind.startswith("text/") or kind.endswith("json")
-            content = path.read_bytes()
-            if path.name == MANIFEST:
-                content = json.dumps({**json.loads(content), "name": robot, "short_name": robot}).encode()
-            files[path.name] = kind + ("; charset=utf-8" if text else ""), content
+            files[path.name] = kind + ("; charset=utf-8" if text else ""), path.read_bytes()
     return files

@@ -1,7 +1,7 @@
 """The web server of the page: logins and messages in, the newest state out. Free of ROS.
 
 `robot` (RobotView in web_teleop_node) is the robot of the pages: `send(twist)`, `goal(x, y)`, `cancel()`, the
-orders without values of page_messages, and its `emergency_stop`, which never wait; `state()`, `status()`, `figures()`,
+orders without values of page_messages, and its `emergency_stop`, which never wait; `state()`, `status()`,
 `map_picture`, `camera`, `name`.
 """
 
@@ -10,7 +10,6 @@ import itertools
 import json
 import time
 
-from robotont_teleop.web.metrics import metrics
 from robotont_teleop.web.page_messages import read_message
 from robotont_teleop.web.page_server import PageServer
 from robotont_teleop.web.page_socket import GOING_AWAY, PageSocket
@@ -26,7 +25,7 @@ class WebServer(PageServer):
     """All open pages, the seat from which one of them drives, and the loop that feeds them."""
 
     def __init__(self, robot, seat, access, names):
-        super().__init__(access, names, read_files("robotont_teleop", robot.name))
+        super().__init__(access, names, read_files("robotont_teleop"))
         self.robot, self.seat = robot, seat
         self.pages = set()
         self._numbers = itertools.count(1)
@@ -123,10 +122,6 @@ class WebServer(PageServer):
             texts = [json.dumps(one) for one in told]
             for page in tuple(self.pages):
                 page.feed(texts)
-
-    def metrics(self):
-        """Text for Prometheus."""
-        return metrics(*self.robot.figures())
 
     @property
     def map_picture(self):

@@ -25,8 +25,8 @@ from robotont_teleop.hand.speeds import STOP, Speeds
 from robotont_teleop.hand.twist_publisher import TwistPublisher
 
 PARAMETERS = (
-    Parameter("linear_speed", 0.3, "at the start", "m/s", minimum=0.01, maximum=100.0),
-    Parameter("angular_speed", 1.0, "at the start", "rad/s", minimum=0.01, maximum=100.0),
+    Parameter("linear_speed", 0.3, "of a held key, at the start", "m/s", minimum=0.01, maximum=100.0),
+    Parameter("angular_speed", 1.0, "likewise", "rad/s", minimum=0.01, maximum=100.0),
     Parameter("first_hold", 0.75, "how long one press drives; longer than the keyboard's delay before it repeats", "s",
               minimum=0.1, maximum=2.0,
               reason="for so long one press drives"),

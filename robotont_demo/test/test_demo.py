@@ -9,19 +9,19 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from robotont_calibration.trajectory import Trajectory
 from robotont_demo.demo import parse
 from robotont_demo.recording import obeys
-from robotont_demo.scenario import PERIOD, commanded_path, draw, plan
+from robotont_demo.scenario import PERIOD, draw, plan
+from robotont_driver.kinematics import se2
 
 
 def test_the_plan_is_a_square_and_a_circle_with_one_turn_within_the_limits():
-    steps = plan(0.4)
-    path = commanded_path(steps)
-    ends = [number + 1 for number in range(len(steps) - 1) if steps[number].leg != steps[number + 1].leg]
-    np.testing.assert_allclose(path[[0, *ends]], [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)], atol=1e-9)
-    speeds = np.array([math.hypot(*step.twist[:2]) for step in steps])
-    assert max(speeds) == pytest.approx(0.4, rel=0.03)
-    assert max(abs(np.diff(speeds, prepend=0.0, append=0.0))) <= 1.03 * PERIOD
-    np.testing.assert_allclose(sum(step.twist[2] * PERIOD for step in steps), -2 * math.pi)
-    circle = path[ends[-1]:]
+    twists = np.array(plan(0.4))
+    path = np.vstack([np.zeros(2), se2.path(PERIOD * twists)[:, :2]])
+    stands = np.flatnonzero(~twists.any(axis=1))
+    corners = path[stands[np.append(np.diff(stands) > 1, True)] + 1]
+    np.testing.assert_allclose(corners, [(1, 0), (1, 1), (0, 1), (0, 0)], atol=1e-9)
+    assert np.hypot(*twists.T[:2]).max() == pytest.approx(0.4, rel=0.03)
+    np.testing.assert_allclose(twists[:, 2].sum() * PERIOD, -2 * math.pi)
+    circle = path[stands[-1] + 1:]
     centre = (circle.max(0) + circle.min(0)) / 2
     np.testing.assert_allclose(np.hypot(*(circle - centre).T), 0.5, atol=0.01)
     np.testing.assert_allclose(circle[-1], circle[0], atol=0.01)
@@ -45,5 +45,5 @@ def test_a_picture_that_cannot_be_written_is_refused_before_the_drive(capsys):
 
 def test_the_picture(tmp_path):
     odometry, truth = (Trajectory([0.0, 1.0], [(0, 0, 0), (end, 0, 1.0)]) for end in (1.01, 1.0))
-    draw(tmp_path / "demo.png", "demo", odometry, truth, np.zeros((2, 2)), 0.03)
+    draw(tmp_path / "demo.png", "demo", odometry, truth, 0.03)
     assert (tmp_path / "demo.png").read_bytes().startswith(b"\x89PNG")

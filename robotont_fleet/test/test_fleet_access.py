@@ -1,7 +1,6 @@
 """Who may do what on a network, and what happens where zenoh is not installed."""
 
 import os
-import shutil
 import subprocess
 from types import SimpleNamespace
 
@@ -41,9 +40,9 @@ def rig():
         yield one
 
 
-def session(rig, user, password, transport="tcp"):
+def session(rig, user, password):
     """Of a user; raises zenoh.ZError where the router refuses him."""
-    settings = client_settings(f"{transport}/127.0.0.1:{rig.router_port}", user, password)
+    settings = client_settings(f"tcp/127.0.0.1:{rig.router_port}", user, password)
     return open_session({**settings, "connect/timeout_ms": 700, "connect/exit_on_failure": True})
 
 
@@ -100,36 +99,6 @@ def test_states_and_orders_go_on_behind_a_jam():
                 setup.send(session, key, b"x" * 20000)
             setup.send(session, key, b"x" * 3)
             wait_for(lambda key=key: heard[key][-1] == 3, "the first behind the jam", 60.0)
-
-
-@needs_zenoh
-def test_with_tls_only_who_trusts_the_certificate_and_has_a_password_gets_in(tmp_path, monkeypatch):
-    """As docs/fleet.md writes it: a CA of one's own, a certificate of the teacher's computer by its address."""
-    def openssl(*words):
-        subprocess.run(["openssl", *words], check=True, cwd=str(tmp_path), capture_output=True)
-    for name in ("ca", "stranger"):
-        openssl("req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "365", "-subj", f"/CN={name}", "-keyout",
-                f"{name}.key", "-out", f"{name}.pem")
-    openssl("req", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=teacher", "-keyout", "key.pem", "-out", "request.pem")
-    (tmp_path / "names").write_text("subjectAltName=IP:127.0.0.1\n")
-    openssl("x509", "-req", "-in", "request.pem", "-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial",
-            "-days", "365", "-extfile", "names", "-out", "certificate.pem")
-    with Rig() as rig:
-        fleet("--add", "r1", ROS_HOME=str(rig.home))
-        password = read_users(rig.home / "robotont_fleet_users")["r1"]
-        both = (tmp_path / "certificate.pem").read_text() + (tmp_path / "key.pem").read_text()
-        (tmp_path / "both.pem").write_text(both)
-        rig.start_page("--network", "--certificate", tmp_path / "both.pem")
-        monkeypatch.setenv("ROS_HOME", str(rig.home))
-
-        def joined(transport, authority, password):
-            shutil.copy(str(tmp_path / authority), str(rig.home / "robotont_fleet_ca.pem"))
-            return session(rig, "r1", password, transport)
-        with joined("tls", "ca.pem", password) as robot:
-            assert robot.info.routers_zid()
-        for wrong in (("tls", "stranger.pem", password), ("tls", "ca.pem", "wrong"), ("tcp", "ca.pem", password)):
-            with pytest.raises(zenoh.ZError):
-                joined(*wrong)
 
 
 @needs_zenoh

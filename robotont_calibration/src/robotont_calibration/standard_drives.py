@@ -12,10 +12,10 @@ PAUSE = 0.6      # [s] after each leg, in which the robot comes to rest
 REST = (0.0, 0.0, 0.0)
 
 
-def driven(legs, frequency):
+def driven(legs, frequency, speed=SPEED):
     """Twists of legs: (x [m], y [m], 0) or a turn (0, 0, [rad]); each exact, in whole periods, with a pause behind."""
     for x, y, turn in legs:
-        periods = math.ceil(max(math.hypot(x, y) / SPEED, abs(turn) / TURNING) * frequency)
+        periods = math.ceil(max(math.hypot(x, y) / speed, abs(turn) / TURNING) * frequency)
         for _ in range(periods):
             yield x * frequency / periods, y * frequency / periods, turn * frequency / periods
         for _ in range(round(PAUSE * frequency)):

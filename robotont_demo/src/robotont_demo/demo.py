@@ -17,7 +17,7 @@ from std_msgs.msg import Float32
 from robotont_bringup.stack import StackError, scratch, stack
 from robotont_calibration.trajectory import synchronise
 from robotont_demo.recording import Recorder
-from robotont_demo.scenario import PERIOD, commanded_path, draw, errors_of, plan
+from robotont_demo.scenario import PERIOD, draw, errors_of, plan
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
 
@@ -47,12 +47,12 @@ def run(options):
     # the official firmware allows a wheel 0.3 m/s; generation 2 sums every second encoder window only
     official = options.robot.packets != "auto"
     allowed = (0.06, math.radians(5.0)) if official else (0.03, math.radians(2.0))
-    steps = plan(0.2 if official else 0.4)  # [m/s]
+    twists = plan(0.2 if official else 0.4)  # [m/s]
     with scratch() as folder, stack("demo", folder, "robotont_bringup", "simulation.launch", f"port:={folder}/board",
                                     f"robot:={options.robot.folder}/") as wait_for:
         recorder = Recorder()
         rospy.Publisher("simulator_node/byte_errors", Float32, queue_size=1, latch=True).publish(BAD_BYTES)
-        drive(steps, recorder, wait_for)
+        drive(twists, recorder, wait_for)
         recorder.end()
     odometry, truth = synchronise(recorder.trajectory("odometry"), recorder.trajectory("truth"))
     error = [values[-1] for values in errors_of(odometry, truth)]
@@ -66,35 +66,28 @@ def run(options):
             ("  allowed", f"{allowed[0] * 1000:g} mm, {math.degrees(allowed[1]):g} deg")):
         print(f"  {what:<42} {value}")
     draw(options.picture, f"A square, then a circle while turning, in the simulator, robot {options.robot.folder.name}",
-         odometry, truth, commanded_path(steps), allowed[0])
+         odometry, truth, allowed[0])
     print(f"picture: {options.picture}")
     return all(found < most for found, most in zip(error, allowed))
 
 
-def drive(steps, recorder, wait_for):
-    """Follow the Steps, then stop. wait_for: that of the `stack`, whose StackError names the missing event."""
+def drive(twists, recorder, wait_for):
+    """Follow the twists, then stop. wait_for: that of the `stack`, whose StackError names the missing event."""
     command = rospy.Publisher("cmd_vel", Twist, queue_size=1)
     wait_for(lambda: recorder.odometry and recorder.truth and recorder.drives and command.get_num_connections(),
              "a robot that obeys")
-    follow(steps, command)
+    due, message = time.monotonic(), Twist()
+    for number, (message.linear.x, message.linear.y, message.angular.z) in enumerate(twists, 1):
+        command.publish(message)
+        if number * 10 // len(twists) > (number - 1) * 10 // len(twists):
+            print(f"  {100 * number / len(twists):3.0f} %", flush=True)
+        due += PERIOD
+        time.sleep(max(0.0, due - time.monotonic()))
     wait_for(lambda: command.publish(Twist()) or recorder.stands_since, "the robot to stop")
     wait_for(lambda: recorder.stands_since and recorder.odometry[-1][0] > recorder.stands_since + REST,
              "the last counts")
     before = recorder.link
     wait_for(lambda: recorder.link is not before, "the newest diagnostics")
-
-
-def follow(steps, command):
-    """Publish one Step per period, and print each leg that is done."""
-    due = time.monotonic()
-    for number, step in enumerate(steps, 1):
-        message = Twist()
-        message.linear.x, message.linear.y, message.angular.z = step.twist
-        command.publish(message)
-        if number == len(steps) or steps[number].leg != step.leg:
-            print(f"  {100 * number / len(steps):3.0f} %  {step.leg}", flush=True)
-        due += PERIOD
-        time.sleep(max(0.0, due - time.monotonic()))
 
 
 def main():

@@ -28,7 +28,6 @@ from robotont_fleet.messages import NONE, read_state
 from robotont_fleet.zenoh_setup import (
     ABSENT,
     add_users,
-    endpoint,
     open_session,
     read_users,
     router_settings,
@@ -57,8 +56,6 @@ def arguments(given=None):
     parser.add_argument("--port", type=port, default=8110, help="of the page [8110]")
     parser.add_argument("--router-port", type=port, default=7447, help="of the router, to which robots connect [7447]")
     parser.add_argument("--map", default="", help="the map that the robots share: map_server's .yaml")
-    parser.add_argument("--certificate", default="",
-                        help="TLS certificate and private key, one file: the page by https, the robots by tls/")
     parser.add_argument("--host-names", default="", help="further names of this computer, between commas")
     parser.add_argument("--add", nargs="+", metavar="ROBOT", help="make robots' passwords, print them, and end")
     return parser.parse_args(given)
@@ -98,8 +95,7 @@ def zenoh_settings(options):
     host = "0.0.0.0" if options.network else "127.0.0.1"
     if options.network and not users:
         raise SetUpError("--network: no robot has a password: ./robotont fleet --add ROBOT ... makes them")
-    return router_settings(host, options.router_port, options.certificate, users if options.network else None,
-                           users_file())
+    return router_settings(host, options.router_port, users if options.network else None, users_file())
 
 
 def users_file():
@@ -185,10 +181,9 @@ async def serve(options, session):
     stop_file = StopFile(options.port)
     side = ZenohSide(session, loop, stop_file)
     server = FleetServer(side.fleet, access, host_names(options.host_names), page_files(), ground, stop_file)
-    url = server.listen(address, options.port, options.certificate)
+    url = server.listen(address, options.port)
     print(f"all robots on one page: {url}", *invitation(url, access, sys.stdout.isatty()), sep="\n")
-    router = endpoint(own_address() if options.network else address, options.router_port, options.certificate)
-    print(f"robots connect to {router}", flush=True)
+    print(f"robots connect to tcp/{own_address() if options.network else address}:{options.router_port}", flush=True)
     stops = loop.create_task(server.repeat_stops())
     await asyncio.wait([stops, loop.create_task(ended.wait())], return_when=asyncio.FIRST_COMPLETED)
     if stops.done():

@@ -21,9 +21,9 @@ class FleetServer(PageServer):
         self.stop_file = stop_file
         self.map_picture, self.ground = ground or (None, None)
 
-    def listen(self, address, port, certificate=""):
+    def listen(self, address, port):
         """Serve; returns the page's URL. Raises SetUpError."""
-        return self.serve([(r"/robots", RobotsHandler), (r"/order", OrderHandler)], address, port, certificate)
+        return self.serve([(r"/robots", RobotsHandler), (r"/order", OrderHandler)], address, port)
 
     async def repeat_stops(self):
         """For ever: what is not confirmed is sent again."""

@@ -9,7 +9,6 @@ from pathlib import Path
 from robotont_driver.parameters.files import alone_in, read_file, write_file
 from robotont_fleet.zenoh_keys import OWN, TEACHER, check_name
 from robotont_teleop.web.access import read_or_make_token
-from robotont_teleop.web.page_setup import ros_home
 
 try:
     import zenoh
@@ -26,7 +25,7 @@ MESSAGES = ("put", "delete", "declare_subscriber", "query", "declare_queryable",
 LARGEST = 1 << 20     # [bytes] of a message
 ROOM = 1 << 16        # [bytes] that wait in a connection: behind more a stop would wait for seconds
 COMMON = {"transport/link/rx/max_message_size": LARGEST,
-          **{f"transport/link/{link}/so_{way}buf": ROOM for link in ("tcp", "tls") for way in ("snd", "rcv")},
+          **{f"transport/link/tcp/so_{way}buf": ROOM for way in ("snd", "rcv")},
           "scouting/multicast/enabled": False, "scouting/gossip/enabled": False, "transport/link/tx/lease": LEASE,
           "transport/link/tx/queue/congestion_control/block/wait_before_close": JAM}
 
@@ -39,26 +38,16 @@ def client_settings(router, user="", password=""):
     settings = {**COMMON, "mode": "client", "connect/endpoints": [router], "connect/timeout_ms": -1,
                 "connect/exit_on_failure": False, "connect/retry": {"period_init_ms": RETRY, "period_max_ms": RETRY},
                 "transport/unicast/qos/enabled": False}
-    if router.startswith("tls/"):
-        settings["transport/link/tls/root_ca_certificate"] = str(ros_home() / "robotont_fleet_ca.pem")
     return {**settings, **_login(user, password)} if password else settings
 
 
-def endpoint(host, port, certificate=""):
-    """As zenoh writes it."""
-    return f"{'tls' if certificate else 'tcp'}/{host}:{port}"
-
-
-def router_settings(host, port, certificate="", users=None, users_file=""):
-    """Settings of a router. certificate: a file that holds its private key, too; with one nobody comes without TLS.
+def router_settings(host, port, users=None, users_file=""):
+    """Settings of a router.
 
     users: {name: password}; each robot may use its own keys only. None: anybody, all keys. Raises ValueError where
     they lack the page itself.
     """
-    settings = {**COMMON, "mode": "router", "listen/endpoints": [endpoint(host, port, certificate)]}
-    if certificate:
-        settings.update({"transport/link/tls/listen_certificate": certificate,
-                         "transport/link/tls/listen_private_key": certificate})
+    settings = {**COMMON, "mode": "router", "listen/endpoints": [f"tcp/{host}:{port}"]}
     if users is None:
         return settings
     if TEACHER not in users:

@@ -17,6 +17,7 @@ from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_operations import installation
 
+ROOT = Path("/")
 AFTER_INSTALL = (("systemd-sysusers",), ("udevadm", "control", "--reload"),
                  ("udevadm", "trigger", "--subsystem-match=tty"), ("systemctl", "daemon-reload"))
 AFTER_REMOVAL = (("userdel", "robotont"), ("udevadm", "control", "--reload"), ("systemctl", "daemon-reload"))
@@ -50,7 +51,7 @@ def address(text):
 
 
 def parse(arguments=None):
-    """Options of the command line; `live`: this very system is meant."""
+    """Options of the command line."""
     parser = CommandLine(
         prog="./robotont install-robot",
         description="Install services that start Robotont at boot, without any network, under a user "
@@ -59,9 +60,6 @@ def parse(arguments=None):
                         help="of config/robots; default: the one that is installed, else thesis; an official board "
                         "has to be named")
     parser.add_argument("--remove", action="store_true", help="remove all of it again, the black boxes too")
-    parser.add_argument("--root", default="/", metavar="DIR",
-                        help="install into a file system at DIR, such as an image, or a folder with an etc/ to look at "
-                        "what it writes, and start nothing [%(default)s]")
     parser.add_argument("--network", type=address, metavar="ADDRESS",
                         help="let other machines use the robot under this address of its (docs/safety.md: "
                         "there is no password); default: the robot keeps to itself")
@@ -73,9 +71,6 @@ def parse(arguments=None):
                         help="bring the robot onto the page of all robots, too: address of the computer of "
                         "./robotont fleet; kept when you install again")
     options = parser.parse_args(arguments)
-    options.live = Path(options.root).resolve() == Path("/")
-    if not Path(options.root, "etc").is_dir():
-        parser.error(f"--root: found {options.root}, where there is no etc/; allowed: where a file system is mounted")
     try:
         folder = options.robot and read_robot(options.robot).folder
     except (OSError, ValueError) as error:
@@ -90,12 +85,12 @@ def main(arguments=None):
     options = parse(arguments)
     os.umask(0o022)  # the services' user reads what root writes
     try:
-        return _remove(options) if options.remove else _install(options)
+        return _remove() if options.remove else _install(options)
     except PermissionError as error:
         again = " ".join(map(shlex.quote, sys.argv[1:]))
         print(f"install-robot: {error.filename} may not be written: sudo ./robotont install-robot {again}",
               file=sys.stderr)
-    except (OSError, installation.LinkError) as error:
+    except OSError as error:
         print(f"install-robot: {error}", file=sys.stderr)
     return 1
 
@@ -111,31 +106,23 @@ def _install(options):
     if closed:
         print(f"install-robot: the services' user may not enter {closed}: sudo chmod o+x {closed}, "
               "or move the workspace to /opt", file=sys.stderr)
-        if options.live:
-            return 1  # under another root it may be open where it will run
-    for part in dict.fromkeys(used):
-        if not Path(options.root, part.lstrip("/")).exists():
-            print(f"install-robot: {part} is on this computer and not in {options.root}: the services look for it "
-                  "there; put the workspace there at the same path, or install from within (chroot)", file=sys.stderr)
+        return 1
     model = importlib.util.find_spec("xacro") is not None
     if not model:
         print("install-robot: no xacro: the robot starts without its model. "
               "For one: ./robotont setup sim, then this again")
     templates = Path(rospkg.RosPack().get_path("robotont_operations")) / "install"
     files, links = installation.planned(templates, _udev_rules(), os.environ, options, model)
-    written = installation.install(files, links, options.robot, options.root)
-    print(f"written, under {options.root}:", *written, sep="\n  ")
-    kept = Path(options.root, installation.KEPT)
+    print(f"written, under {ROOT}:", *installation.install(files, links, options.robot, ROOT), sep="\n  ")
+    kept = ROOT / installation.KEPT
     if model and "description:=false" in installation.read(kept):
         print(f"install-robot: {kept} is kept, and says description:=false: without it the robot has its model")
-    units, good = installation.installed_units(options.root), True
-    if options.live:
-        good = run((*AFTER_INSTALL, ("systemctl", "restart", *units)))
-        print("next: ./robotont status; the log: journalctl -fu 'robotont*'")
+    units = installation.installed_units(ROOT)
+    good = run((*AFTER_INSTALL, ("systemctl", "restart", *units)))
+    print("next: ./robotont status; the log: journalctl -fu 'robotont*'")
     if installation.PAGE_UNIT in units:
-        host = socket.gethostname() if options.live else "ROBOT"
-        print(f"phones: http://{host}:8100/ (or the first address that hostname -I prints there), and once the token "
-              "that is made at the first start: sudo cat /var/lib/robotont/robotont_teleop_token")
+        print(f"phones: http://{socket.gethostname()}:8100/ (or the first address that hostname -I prints), and once "
+              "the token that is made at the first start: sudo cat /var/lib/robotont/robotont_teleop_token")
     if options.fleet:
         print("fleet: the password that ./robotont fleet --add prints there:\n  echo PASSWORD | sudo install -o "
               f"robotont -m 600 /dev/stdin /{installation.STATE}/robotont_fleet_password; "
@@ -143,11 +130,11 @@ def _install(options):
     return 0 if good else 1
 
 
-def _remove(options):
-    units = installation.installed_units(options.root)
+def _remove():
+    units = installation.installed_units(ROOT)
     if not units:
-        print(f"install-robot: nothing is installed under {options.root}", file=sys.stderr)
+        print("install-robot: nothing is installed", file=sys.stderr)
         return 1
-    good = not options.live or run([("systemctl", "stop", *reversed(units))])
-    print(f"removed, under {options.root}:", *installation.remove(options.root, _udev_rules()), sep="\n  ")
-    return 0 if (not options.live or run(AFTER_REMOVAL)) and good else 1
+    good = run([("systemctl", "stop", *reversed(units))])
+    print(f"removed, under {ROOT}:", *installation.remove(ROOT, _udev_rules()), sep="\n  ")
+    return 0 if run(AFTER_REMOVAL) and good else 1

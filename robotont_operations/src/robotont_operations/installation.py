@@ -73,23 +73,6 @@ def with_robot(text, robot):
     return ROBOT_LINE.sub(lambda _: line, text) if ROBOT_LINE.search(text) else text.rstrip("\n") + f"\n{line}\n"
 
 
-class LinkError(ValueError):
-    """A path leads out of the root folder by a link."""
-
-
-def under(root, name):
-    """The path of a name under `root`, no folder on the way to which is a link. Raises LinkError."""
-    for folder in list(Path(name).parents)[-2::-1]:  # but for "."
-        refuse_link(Path(root, folder), "a folder")
-    return Path(root, name)
-
-
-def refuse_link(path, allowed):
-    """Raise LinkError where a path is a link."""
-    if path.is_symlink():
-        raise LinkError(f"{path} is a link to {os.readlink(str(path))}; allowed: {allowed}")
-
-
 def read(path):
     """Text of a file in whatever encoding; written by write_file it is the same bytes again."""
     return path.read_text("utf-8", "surrogateescape")
@@ -99,13 +82,12 @@ def install(files, links, robot, root):
     """Write what is `planned` under `root`; returns the paths under it that were written, and what was kept beside.
 
     robot: to be put into a robot.conf that is there already; "": none. A unit that is somebody else's gets another
-    name. Raises OSError; LinkError before anything is written.
+    name. Raises OSError.
     """
-    paths = {name: under(root, name) for name in (*files, *links)}
+    paths = {name: Path(root, name) for name in (*files, *links)}
     for path in map(paths.get, files):
-        refuse_link(path, "a file")
-        if path.exists() and not path.is_file():  # a pipe, a device
-            raise LinkError(f"{path} is no file; allowed: a file")
+        if path.is_symlink() or (path.exists() and not path.is_file()):  # a pipe, a device
+            raise OSError(f"{path} is no file; allowed: a file")
     written = []
     for name, path in paths.items():
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -142,15 +124,14 @@ def installed_units(root):
 def remove(root, udev_rules):
     """Delete what `install` may have written, and the black boxes; returns the paths under `root` that are gone.
 
-    udev_rules: paths of the rules. Of a link the link goes, not what it leads to. Raises OSError; LinkError before
-    anything is deleted.
+    udev_rules: paths of the rules. Of a link the link goes, not what it leads to. Raises OSError.
     """
     units = [place + unit for unit in (*UNITS, PAGE_UNIT, FLEET_UNIT) for place in (WANTED, SYSTEMD)]
     rules = [UDEV + Path(rule).name for rule in udev_rules]
     names = (*rules, *units, USER, SETTINGS + "python_logging.conf", SETTINGS + "environment",
              KEPT, STATE)
     gone = []
-    for name, path in [(name, under(root, name)) for name in names]:
+    for name, path in [(name, Path(root, name)) for name in names]:
         if path.is_symlink():
             gone.append(f"{name} -> {os.readlink(str(path))}")
             path.unlink()

@@ -49,10 +49,9 @@ const link = new Link({
   state: (message) => {
     if (drives() && message.driver !== null && message.driver !== link.page) {
       tell(text("taken"));
-      vibrate(200);
     }
     state = message;
-    view.setPose(message.pose, !link.stalled, message.velocity);
+    view.setPose(message.pose, !link.stalled);
     show();
     if (state.held.includes(link.page) && hands.still) {
       link.order({kind: "drive", x: 0, y: 0, turn: 0}); // the hands are off
@@ -74,9 +73,7 @@ const stop = () => {
   hands.letGo();
   show();
 };
-const hands = new DrivingInputs(commandRate(() => hands.still, sendCommand), stop,
-  (step, whole) => setSpeed(whole ? step : speed + step));
-const vibrate = (time) => navigator.userActivation?.hasBeenActive && navigator.vibrate?.(time);
+const hands = new DrivingInputs(commandRate(() => hands.still, sendCommand), stop, setSpeed);
 const drives = () => state !== null && link.page !== null && state.driver === link.page;
 const tell = (words) => (told = {words, until: performance.now() + TOLD});
 
@@ -87,7 +84,7 @@ function sendCommand() {
 }
 
 function setSpeed(wanted) {
-  speed = Math.min(SPEEDS.length - 1, Math.max(0, wanted));
+  speed = wanted;
   chips.forEach((chip, place) => {
     chip.ariaPressed = place === speed;
     write(chip.lastElementChild, number(SPEEDS[place] * limits.linear));
@@ -153,9 +150,6 @@ function showStopThatWaits(open) {
   const waits = (link.stopWanted && late) || Boolean(state?.stop_waits);
   $("stop_waits").hidden = !waits;
   $("stop").classList.toggle("waits", waits);
-  if (waits) {
-    vibrate(2 * LOOK); // until the next look
-  }
   return waits;
 }
 

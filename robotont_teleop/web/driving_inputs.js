@@ -21,14 +21,14 @@ export class DrivingInputs {
   pad = STILL;
   padGone = false; // whether the gamepad may be out of reach
 
-  // changed(): called when the position may have changed; stop(): the emergency stop's keys and button; step(number,
-  // whole): a speed more or less, or that one
-  constructor(changed, stop, step) {
+  // changed(): called when the position may have changed; stop(): the emergency stop's keys and button;
+  // setSpeed(number)
+  constructor(changed, stop, setSpeed) {
     this.changed = changed;
     this.move = new Stick($("move"), {wide: false, changed});
     this.turn = new Stick($("turn"), {wide: true, changed});
-    this.listenToKeys(stop, step);
-    this.listenToGamepads(stop, step);
+    this.listenToKeys(stop, setSpeed);
+    this.listenToGamepads(stop);
     // where the end of a key may never be heard of, it is let go of; menus swallow it, too
     for (const [target, event] of [[window, "blur"], [window, "pagehide"], [window, "contextmenu"],
       [document, "visibilitychange"], [document, "freeze"]]) {
@@ -73,7 +73,7 @@ export class DrivingInputs {
     this.changed();
   }
 
-  listenToKeys(stop, step) {
+  listenToKeys(stop, setSpeed) {
     window.addEventListener("keydown", (event) => {
       if (STOPS.includes(event.code) || STOPS.includes(event.key)) {
         event.preventDefault();
@@ -82,7 +82,7 @@ export class DrivingInputs {
       } else if (event.ctrlKey || event.metaKey || event.altKey) {
         this.letGo();
       } else if (SPEEDS.includes(event.code)) {
-        step(SPEEDS.indexOf(event.code), true);
+        setSpeed(SPEEDS.indexOf(event.code));
       } else if (KEYS[event.code]) {
         event.preventDefault();
         if (this.live && !event.repeat) {
@@ -100,16 +100,13 @@ export class DrivingInputs {
     });
   }
 
-  listenToGamepads(stop, step) {
+  listenToGamepads(stop) {
     let next = null; // look
     const poll = () => {
       const found = [...navigator.getGamepads?.() ?? []].filter((one) => one?.connected && one.mapping === "standard");
       const pad = this.gamepads.look(found, performance.now());
       if (pad.stop) {
         stop();
-      }
-      if (pad.step) {
-        step(pad.step);
       }
       this.padGone = pad.gone;
       this.pad = this.live ? pad : STILL;

@@ -12,9 +12,6 @@ async function logIn(token) {
   $("answer").hidden = false;
 }
 
-const showToken = () => ($("token").type = $("show").checked ? "text" : "password");
-showToken(); // somebody may have asked for it before this ran
-$("show").addEventListener("change", showToken);
 $("form").addEventListener("submit", (event) => {
   event.preventDefault();
   logIn($("token").value.trim());

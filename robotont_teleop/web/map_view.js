@@ -2,7 +2,6 @@
 // robot's.
 import {Floor, at} from "./floor_svg.js";
 
-const STEPS = 15, LASTS = 0.1; // of the path ahead, and how long one is [s]
 const SMALLEST = 6;        // [px] radius of the drawn robot
 const SHOWN = [6, 12];     // [m] that are seen of the floor, about; and as the whole of it where there is no map
 
@@ -13,11 +12,10 @@ export class View extends Floor {
   map = null;
   radius = 0.15;     // [m] of the robot
 
-  // live: whether it is that of now; velocity: [ahead, left, turn] or nothing
-  setPose(pose, live, velocity) {
+  // live: whether it is that of now
+  setPose(pose, live) {
     live = Boolean(live) && pose !== null && !pose.includes(null);
     this.box.classList.toggle("live", live);
-    this.part("ahead").setAttribute("points", live && velocity?.some(Boolean) ? pathAhead(...velocity).join(" ") : "");
     if (live && pose.some((value, axis) => value !== this.pose?.[axis])) {
       this.pose = pose;
       this.draw();
@@ -63,18 +61,5 @@ export class View extends Floor {
     this.show(x, y, pixels);
     this.part("robot").toggleAttribute("hidden", !this.pose);
     this.part("robot").setAttribute("transform", `${at(pose)} scale(${Math.max(this.radius, SMALLEST / pixels)})`);
-    this.part("ahead").setAttribute("transform", at(pose));
-    this.part("ahead").style.strokeWidth = 2 * this.radius;
   }
-}
-
-// Where a robot that goes on as now will be [m], from where it is
-function pathAhead(ahead, left, turn) {
-  let [x, y] = [0, 0];
-  return Array.from({length: STEPS}, (_, step) => {
-    const yaw = turn * (step + 0.5) * LASTS;
-    x += (ahead * Math.cos(yaw) - left * Math.sin(yaw)) * LASTS;
-    y += (ahead * Math.sin(yaw) + left * Math.cos(yaw)) * LASTS;
-    return [x, y];
-  });
 }

@@ -19,7 +19,6 @@ FAULTS = tuple((key, re.compile(task + "$"), re.compile(words)) for key, task, w
     ("board_fault", "board", r"motor|wheel|fault|watchdog|encoder"),
     ("wheel_blocked", "wheel feedback|command stream", r"blocked|stands|does not turn|lags"),
     ("wheel_slips", "wheel feedback", r"slip"),
-    ("wheels_silent", "wheel feedback", r"no packets"),
     ("other_publisher", "who drives", r"also on cmd_vel"),
     ("other_sender", "who drives", r"ignored: "),
     ("barred", "who drives|command stream", r"must stop once"),
@@ -30,15 +29,11 @@ FAULTS = tuple((key, re.compile(task + "$"), re.compile(words)) for key, task, w
     ("page_let_go", "web page", r"let go"),
     ("pad_gone", "gamepad", r"out of reach"),
     ("pad_missing", "gamepad", r"no gamepad"),
-    ("gyro_unused", "gyro", r"."),
     ("no_scan", "localization", r"no scan"),
     ("no_map", "localization", r"no map"),
     ("lost", "localization", r"."),
     ("held", "motion", r"holds the robot"),
     ("fleet_silent", "fleet", r"no answer from"),
-    ("slow_computer", "real time", r"."),
-    ("clock_set", "stamps", r"."),
-    ("recording_lost", "black box", r"."),
 ))
 
 

@@ -35,7 +35,6 @@ FASTEST = Speeds(1.0, 3.0)  # that keys can reach, where they do not begin beyon
 TOPIC = "cmd_vel/hand"
 PUBLISH_PERIOD = 0.05  # [s] between commands while the robot is driven
 REPEAT_HOLD = 0.3    # [s] for which a held key drives on after its last repeat
-SHOW_PERIOD = 0.1  # [s] between two lines
 CONNECTS = 5.0     # [s] at the start until a node that listens is missed
 MOST_WAITING = 65536  # [bytes] of a terminal: the rest would look like keys of now
 HELP = """\
@@ -65,8 +64,6 @@ class KeyboardTeleop:
         self._missed_from = boot_time() + CONNECTS
         self._rest = ""
         self._unknown = False  # whether the newest key means nothing
-        self._shown = 0.0
-        self._sent_at = 0.0
 
     def run(self):
         """Drive until a key, a signal or the end of the terminal ends it; returns the reason. Never raises OSError."""
@@ -116,12 +113,10 @@ class KeyboardTeleop:
 
     def _send(self):
         """The command of now: at once when it changes, repeated while it is not zero."""
-        now = boot_time()
         if self._stop.pressed:
             self._keys.release()
-        twist = self._keys.twist(now)
-        if twist != self._sent or (twist != STOP and now - self._sent_at >= 0.5 * PUBLISH_PERIOD):
-            self._sent_at = now
+        twist = self._keys.twist(boot_time())
+        if twist != STOP or self._sent != STOP:
             self._publish(twist)
 
     def _publish(self, twist):
@@ -129,10 +124,6 @@ class KeyboardTeleop:
         self._command.send(twist)
 
     def _show(self):
-        now = boot_time()
-        if now - self._shown < SHOW_PERIOD:
-            return
-        self._shown = now
         words = "STOP, BUT THE ROBOT HAS NOT CONFIRMED IT" if self._stop.waits else \
             "EMERGENCY STOP, Ctrl-U releases it" if self._stop.pressed else _words(self._sent)
         velocity, driver = self._reports.velocity, self._reports.driven_by or "?"
@@ -142,8 +133,8 @@ class KeyboardTeleop:
         if self._unknown and self._sent == STOP:
             line = "this key does nothing: another keyboard layout? Use the letters above, or arrows"
         if self._command.get_num_connections():
-            self._missed_from = now
-        elif now < self._missed_from:
+            self._missed_from = boot_time()
+        elif boot_time() < self._missed_from:
             line = "connecting to the robot"
         else:  # a robot that was started anew has another master, which does not know these keys
             line = f"no cmd_vel_mux on {rospy.resolve_name(TOPIC)}: robot started anew? Esc, keys again"

@@ -57,7 +57,6 @@ class CmdVelMux:
         self._lock = threading.Lock()
         self._held = KeptParameter(STAND_FIRST, lambda: self._arbiter.held(boot_time()))
         self._timeouts = {name: timeout for name, timeout, *_ in inputs}
-        self._commands = dict.fromkeys(self._timeouts, 0)
         self._refusal = ""
         heard = []  # subscribers of commands
         self._arrivals = Arrivals(min(self._timeouts.values()), boot_time(), partial(is_local, heard))
@@ -91,7 +90,6 @@ class CmdVelMux:
         twist = STOP if refusal else (linear.x, linear.y, angular.z)
         with self._lock:
             now, header = boot_time(), connection_header(message)
-            self._commands[name] += 1
             if not self._arrivals.are_new(header, now) and twist != STOP:
                 self._outdated += 1
                 return
@@ -104,8 +102,6 @@ class CmdVelMux:
         if in_vain:  # a goal that was sent during the stop, and would move the robot after it
             self._cancel.publish(GoalID())
         self._tell_driver()
-        if refusal:
-            rospy.logwarn_throttle(10.0, f"cmd_vel/{name} refused: {refusal}")
 
     def _on_pressed_by(self, message):
         with self._lock:
@@ -191,8 +187,6 @@ class CmdVelMux:
                        for name, sender, owner in arbiter.ignored(now)]
             values = {
                 "drives": driver,
-                **{f"commands of {name}": count for name, count in self._commands.items()},
-                "ignored": "; ".join(ignored) or "none",
                 "commands too old": self._outdated,
                 "times that this node was stopped or starved": self._arrivals.gaps.amount,
                 "stops because a driver fell silent": arbiter.timeouts,

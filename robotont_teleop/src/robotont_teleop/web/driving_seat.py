@@ -21,7 +21,6 @@ class DrivingSeat:
         self._moving_since = None  # [s] server time that the newest command with motion has seen, None when at rest
         self.held = set()          # pages whose sticks must be let go before they drive
         self.dropped = 0           # commands that came too late
-        self.timeouts = 0          # stops because a moving page fell silent
 
     def is_fresh(self, seen, now):
         """Whether a message of a page that had seen server time `seen` is new enough; counts those that are not."""
@@ -82,7 +81,6 @@ class DrivingSeat:
         """STOP when the driver has fallen silent while moving, else None."""
         if self._moving_since is None or now - self._moving_since < self._dead_man:
             return None
-        self.timeouts += 1
         self.held.add(self.driver)
         return self._rest()
 

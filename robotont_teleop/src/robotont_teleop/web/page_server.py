@@ -22,7 +22,6 @@ class PageServer:
 
     def __init__(self, access, names, files):
         self.access, self.names, self.files = access, names, files
-        self.scheme = "http"
         self._loop = asyncio.get_running_loop()
 
     def serve(self, handlers, address, port, certificate="", **options):

@@ -1,6 +1,12 @@
-"""The connection of one open page: its messages within their limits, and states only as fast as it reads them."""
+"""The connection of one open page: its messages within their limits, and states only as fast as it reads them.
 
+All that is used of tornado beside its public interface stands here; `test_web_server_abuse.py` fails when it changes.
+"""
+
+import asyncio
+import contextlib
 import json
+import socket
 import time
 
 import tornado.web
@@ -8,14 +14,32 @@ import tornado.websocket
 
 from robotont_teleop.web.page_messages import MessageError
 from robotont_teleop.web.web_handlers import Guarded
-from robotont_teleop.web.websocket_frames import PageFrames, limit_waiting, reads, write
 
 FRAMES_PER_SECOND = 200       # of one page, of all kinds; it sends 25, and 125 at most while a stick moves fast
 SEND_BUFFER = 16384           # [bytes] of a page's socket, so that little can wait in it
 LONGEST = 512                 # [bytes] of one message
 MAX_PAGES = 16                # open at once
 LONGEST_REASON = 123          # [bytes] of a close (RFC 6455)
+GOODBYE = 1.0                 # [s] for the words of a close to arrive; nothing more is read
 GOING_AWAY, NOT_OURS = 1001, 1008  # close codes (RFC 6455): end, policy violation
+
+
+class PageFrames(tornado.websocket.WebSocketProtocol13):
+    """Reads for a PageSocket: after each frame everybody else has a turn, and all of them are counted.
+
+    Tornado itself reads on without a pause while there is anything to read, so that one page that sends fast enough
+    holds up all; and of pings and of the parts of a message that does not end it tells nobody in time.
+    """
+
+    async def _receive_frame(self):
+        """Called by tornado again and again until the connection ends."""
+        if self.handler.number is None:
+            await asyncio.sleep(GOODBYE)
+            self._abort()
+            return
+        await super()._receive_frame()
+        self.handler.count_frame()
+        await asyncio.sleep(0)
 
 
 class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
@@ -34,12 +58,8 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         # tornado 5 (Ubuntu 20.04) has no params: it asks the handler itself, and takes options of a compression here
         return protocol and PageFrames(self, False, getattr(protocol, "params", None))
 
-    def check_origin(self, _origin):
-        """Called by tornado; without an Origin it is not called, `prepare` sees to that."""
-        return self.origin_allowed
-
     def prepare(self):
-        """Called by tornado before the connection is upgraded."""
+        """Called by tornado before the connection is upgraded; without an Origin its own check would not come."""
         super().prepare()
         if not self.origin_allowed:
             raise tornado.web.HTTPError(403, reason="foreign origin")
@@ -50,7 +70,7 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
         """Called by tornado."""
         self.number = self.server.add(self)
         self.set_nodelay(True)
-        limit_waiting(self, SEND_BUFFER)
+        self.ws_connection.stream.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
         speeds = self.server.seat.speeds
         self.send({"kind": "hello", "page": self.number, "robot": self.server.robot.name,
                    "time": round(time.monotonic() * 1000.0, 1), **speeds._asdict()})
@@ -79,14 +99,16 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
 
     def send(self, message):
         """Send an answer now; dropped when the page does not read."""
-        if reads(self):
-            write(self, json.dumps(message))
+        self.feed([json.dumps(message)])
 
     def feed(self, texts):
-        """Send the state, unless the page has not read the one before."""
-        if reads(self):
-            for text in texts:
-                write(self, text)
+        """Send the state, unless the page has not read the one before; where that fails `on_close` comes."""
+        if self.ws_connection is None or self.ws_connection.stream.writing():
+            return
+        for text in texts:
+            with contextlib.suppress(tornado.websocket.WebSocketClosedError):
+                self._writing = self.write_message(text)  # kept, for the loop holds it only weakly
+                self._writing.add_done_callback(lambda done: done.cancelled() or done.exception())
 
     def end(self, code, words):
         """Take no more messages, and close; the robot stops now, however long the goodbye takes."""

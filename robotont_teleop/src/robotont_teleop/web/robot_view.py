@@ -4,7 +4,6 @@ All that a page can ask for and see goes through one object, which tests replace
 """
 
 import contextlib
-import itertools
 import socket
 
 import rosgraph
@@ -36,14 +35,14 @@ from robotont_teleop.web.page_pictures import map_picture, nearest, thinned_scan
 MAP_FRAME = "map"
 LIGHTS, MOST_KEPT = 24, 20  # lights that are shown; values, of which range sensors have one each
 COMMANDS = ("cmd_vel", "cmd_vel/hand", "cmd_vel/navigation", "cmd_vel/default")
-LOOK_PERIOD, NEXT_ROBOT = 0.5, 5.0  # [s] between two looks at which robot runs
+LOOK_PERIOD = 2.0  # [s] between two looks at which robot runs
 
 
 class RobotView(RobotReports):
     """State and commands. Calls by pages never wait, and whatever takes its time is never carried out late."""
 
     def __init__(self, camera_topic):
-        self._notes, self._note = itertools.count(1), {"number": 0, "words": ""}
+        self._note = {"number": 0, "words": ""}  # [s] when it came; 0: none yet
         self.emergency_stop = EmergencyStopPublisher(self._say)  # first: on a slow network each takes seconds
         self._command = TwistPublisher("cmd_vel/hand")
         self.send = self._command.send
@@ -83,7 +82,7 @@ class RobotView(RobotReports):
         self._goal.pursue(Goal(x, y, pose[2] if frame == MAP_FRAME else 0.0))
 
     def _say(self, words):
-        self._note = {"number": next(self._notes), "words": words[:LONGEST_WORDS]}
+        self._note = {"number": boot_time(), "words": words[:LONGEST_WORDS]}
 
     # State for the pages
 
@@ -107,7 +106,6 @@ class RobotView(RobotReports):
         """Learn which robot runs, before or after this node was started; returns the time to rest."""
         with contextlib.suppress(OSError, ParameterError, rosgraph.MasterException):
             self._body = body(running_wheels(rospy.get_namespace()))
-            return NEXT_ROBOT
         return LOOK_PERIOD
 
     def _pose(self):

@@ -35,7 +35,6 @@ class Guarded:
                         f"manifest-src 'self'; connect-src 'self'{sockets}; form-action 'self'; base-uri 'none'; "
                         "frame-ancestors 'none'")
         self.set_header("X-Content-Type-Options", "nosniff")
-        self.set_header("X-Frame-Options", "DENY")
         self.set_header("Referrer-Policy", "no-referrer")
         self.set_header("Cross-Origin-Opener-Policy", "same-origin")
         self.set_header("Cross-Origin-Resource-Policy", "same-origin")
@@ -153,6 +152,5 @@ def read_files(package):
     for path in (Path(rospkg.RosPack().get_path(package)) / "web").iterdir():
         kind = kinds.get(path.suffix)
         if kind and path.is_file():
-            text = kind.startswith("text/") or kind.endswith("json")
-            files[path.name] = kind + ("; charset=utf-8" if text else ""), path.read_bytes()
+            files[path.name] = kind + "; charset=utf-8" * kind.startswith("text/"), path.read_bytes()
     return files

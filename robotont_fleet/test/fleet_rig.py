@@ -97,8 +97,6 @@ class RobotRig:
         self._port = free_port()
         self.environment = {"ROS_MASTER_URI": f"http://127.0.0.1:{self._port}", "ROS_IP": "127.0.0.1",
                             "ROS_LOG_DIR": str(rig.folder / name), **environment}
-        self.log = rig.folder / f"{name}.goals"
-        self.log.write_text("")
         self.board = Board(str(rig.folder / f"{name}.port"))
         self.proxy = StallingProxy(rig.router_port, room=4096)
         self._computer = []
@@ -112,7 +110,7 @@ class RobotRig:
             for key, value in {**SHIPPED, "serial_com_node": {"port": self.board.link}}.items():
                 master.setParam("/rig", "/" + key, value)
             self._start(places.program("robotont_driver", "robotont_node"))
-        self.navigation = self._start(sys.executable, HERE / "stand_in_navigation.py", self.log)
+        self.navigation = self._start(sys.executable, HERE / "stand_in_navigation.py")
 
     def _start(self, *command):
         self._computer.append(self._rig.start(*command, **self.environment))
@@ -135,9 +133,6 @@ class RobotRig:
     def words(self):
         return (self._rig.folder / f"{self.name}.log").read_text()
 
-    def goals(self):
-        return self.log.read_text().split("\n")[:-1]
-
     @property
     def drives(self):
         return any(self.board.speeds)
@@ -145,8 +140,7 @@ class RobotRig:
 
 def wait_until_driving(rig, *robots):
     for robot in robots:
-        wait_for(lambda robot=robot: robot.drives and rig.seen(robot.name).get("frame") == "map",
-                 f"{robot.name} on the map", PATIENCE, period=0.1)
+        wait_for(lambda robot=robot: robot.drives and rig.seen(robot.name), "all to drive", PATIENCE, period=0.1)
 
 
 def memory(pid):

@@ -41,7 +41,7 @@ def test_robots_that_are_added_at_once_all_have_their_passwords(tmp_path):
 
 @pytest.mark.parametrize("content, words", [
     (b"r1:abcdefgh\nno colon", "users: found no colon in line 2, allowed: NAME:PASSWORD"),
-    (b"\0" * 30, "found no colon in line 1"), (b"\xff:x", None), (b"x" * 10 ** 6, "it has more than"), (b"", None)])
+    (b"\xff:x", None), (b"x" * 10 ** 6, "it has more than"), (b"", None)])
 def test_passwords_of_any_content_are_read_or_refused_with_words(tmp_path, content, words):
     (tmp_path / "users").write_bytes(content)
     (tmp_path / "users").chmod(0o600)
@@ -54,7 +54,7 @@ def test_passwords_of_any_content_are_read_or_refused_with_words(tmp_path, conte
 
 @pytest.mark.parametrize("yaml, image, words", [
     ("image: a.pgm\n", b"", "[Errno 22]|cannot identify|allowed"), ("resolution: 1\n", b"", "found no 'image'"),
-    ("", b"", "found no 'image'"), ("- 1", b"", "found [1], allowed"), ("\xff", b"", "allowed"),
+    ("- 1", b"", r"found \[1\], allowed"), ("\xff", b"", "allowed"),
     ("image: a.pgm\nresolution: 0.1\norigin: 3\n", b"P5\n1 1\n255\n0", "allowed: a map of map_server"),
     ("image: a.pgm\nresolution: 0.1\norigin: [0, 0, 1]\n", b"P5\n1 1\n255\n0", "found a turned map"),
     ("image: a.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n", b"P5\n100000 100000\n255\n0", "allowed"),
@@ -65,7 +65,7 @@ def test_a_map_that_is_none_is_refused_with_words(tmp_path, yaml, image, words):
     with pytest.raises(SetUpError) as raised:
         read_ground(tmp_path / "m.yaml")
     assert str(raised.value).startswith(f"--map {tmp_path}/m.yaml: ")
-    assert re.search(words.replace("[1]", r"\[1\]"), str(raised.value))
+    assert re.search(words, str(raised.value))
 
 
 @pytest.mark.parametrize("words, found", [

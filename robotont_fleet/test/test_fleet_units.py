@@ -26,7 +26,8 @@ class Class:
 
     def __init__(self, kept=None):
         self.sent, self.kept, self.now, self._number = [], None, 0.0, 0
-        self.fleet = Fleet(lambda *order: self.sent.append(order), lambda kept: setattr(self, "kept", kept), kept)
+        self.fleet = Fleet(
+            lambda *order: self.sent.append(order), "page", lambda kept: setattr(self, "kept", kept), kept)
 
     def come(self, name, identity="a"):
         self.fleet.hear_token(name, identity, True, self.now)
@@ -214,12 +215,15 @@ def test_stops_survive_the_page_and_its_file_is_read_in_doubt_as_a_stop(room, tm
     assert Class({**file.read(), "all": None, "some": {"r2": "a"}}).stop()["gone"] == ["r2"]
     after.come("r1")
     assert after.sent == [("r1", {"kind": "stop", "number": room.kept["all"]})]
-    after.release()
-    assert after.kept["page"] == room.kept["page"]
-    for damaged in ("", "{", "5", "{}", "[]", '{"page": "a", "all": null, "some": [1], "names": []}'):
+    for damaged in ("", "5", "{}", '{"all": null, "some": [1], "names": []}'):
         (tmp_path / "new" / "robotont_fleet_stops_8110.json").write_text(damaged)
         assert file.read() is None
     assert "STOP ALL holds" in capsys.readouterr().err
+    after = Class(None)  # of the page whose file was spoilt
+    after.come("r1")
+    after.say("r1", confirmed=[room.kept["all"], "page-2-1"])
+    after.release()
+    assert [order["number"] for _, order in after.sent] == [room.kept["all"]]
 
 
 def test_robots_are_remembered_up_to_a_number_and_states_of_who_never_was_there_are_not():
@@ -294,6 +298,7 @@ def node(monkeypatch):
     node._robot = Mock(stopped_from_here=False, state=dict, release=Mock(return_value=""))
     node.now = 100.0
     monkeypatch.setattr(fleet_node, "boot_time", lambda: node.now, raising=False)
+    monkeypatch.setattr(fleet_node, "zenoh", Mock())
     for log in ("logwarn", "logwarn_throttle_identical"):
         monkeypatch.setattr(fleet_node.rospy, log, Mock())
     return node
@@ -325,6 +330,22 @@ def test_what_a_fleet_node_before_this_one_has_stopped_any_page_lets_go_but_not_
     assert room.stop()["left"] == ["r1"]
 
 
+def test_of_two_robots_of_one_name_none_gets_a_goal(node):
+    alive = {one: Mock(key_expr=keys.alive_key("r1", one), kind="PUT") for one in ("a", "b")}
+    for one in alive.values():
+        node._on_namesake(one)
+    node.name = "r1"
+    goal = {"kind": "goal", "id": "a", "seen": said(node)["number"], "x": 1.0, "y": 0.0}
+    node._on_order(goal)
+    assert node._note == "goal refused: another robot is called r1, too"
+    assert said(node)["namesakes"] == 1
+    node._on_namesake(Mock(key_expr=keys.alive_key("r1", "b"), kind=fleet_node.zenoh.SampleKind.DELETE))
+    node._on_order({**goal, "id": "another"})
+    assert not node._robot.goal.called
+    node._on_order(goal)
+    node._robot.goal.assert_called_once_with(1.0, 0.0)
+
+
 def test_what_waited_while_the_robots_computer_slept_is_refused(node):
     node._held = ["p-1"]
     now = {"id": "a", "seen": said(node)["number"]}
@@ -344,7 +365,7 @@ def test_what_was_heard_before_the_pages_computer_slept_is_old(monkeypatch):
         monkeypatch.setattr(module, "boot_time", lambda: 100.0 + slept[0], raising=False)
     loop = Mock(call_soon_threadsafe=lambda call, *values: call(*values))
     monkeypatch.setattr(fleet_page, "zenoh", Mock())
-    side = fleet_page.ZenohSide(Mock(), loop, Mock(read=dict))
+    side = fleet_page.ZenohSide(Mock(), loop, Mock(read=dict, page="page"))
     side._on_token(Mock(key_expr=keys.alive_key("r1", "a"), kind=fleet_page.zenoh.SampleKind.PUT))
     side._on_state(Mock(key_expr=keys.state_key("r1"), payload=json.dumps(STATE).encode()))
     pages = []

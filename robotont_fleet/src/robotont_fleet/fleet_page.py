@@ -12,6 +12,7 @@ import io
 import json
 import re
 import signal
+import socket
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -104,9 +105,10 @@ def users_file():
 
 
 class StopFile:
-    """Keeps the stops of a page over its end, its computer's too. port: the page's."""
+    """Keeps the stops of a page over its end, its computer's too. port, page: the page's, and its name."""
 
     def __init__(self, port):
+        self.page = f"{socket.gethostname()}:{port}"
         self._path = ros_home() / f"robotont_fleet_stops_{port}.json"
         self._writer = ThreadPoolExecutor(1)  # the disk may take its time, a stop not
 
@@ -114,9 +116,8 @@ class StopFile:
         """What the Fleet before has kept; None where that cannot be known."""
         try:
             kept = json.loads(read_file(self._path, LARGEST_STOPS))
-            return {"page": str(kept["page"]), "all": kept["all"] and str(kept["all"]),
-                    "some": {name: str(number) for name, number in kept["some"].items()},
-                    "names": [str(name) for name in kept["names"]]}
+            return {"all": kept["all"] and str(kept["all"]), "names": [str(name) for name in kept["names"]],
+                    "some": {name: str(number) for name, number in kept["some"].items()}}
         except FileNotFoundError:
             return {}
         except (OSError, *NONE) as error:
@@ -146,7 +147,7 @@ class ZenohSide:
         self._session = session
         self._loop = loop
         kept = stop_file.read()
-        self.fleet = Fleet(self._send, stop_file.write, kept)
+        self.fleet = Fleet(self._send, stop_file.page, stop_file.write, kept)
         if kept is None:
             self.fleet.stop()
         session.liveliness().declare_subscriber(keys.alive_key(), self._on_token, history=True)

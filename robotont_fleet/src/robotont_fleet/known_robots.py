@@ -31,13 +31,13 @@ class Robot:
 class Fleet:
     """send(name, order): tries to send an order (for JSON) to a robot. keep(kept): stores it. Neither waits.
 
-    kept: what the Fleet before this one has had stored.
+    page: begins the numbers of its stops, by which it and no other page ends them. kept: what the Fleet before this one
+    has had stored.
     """
 
-    def __init__(self, send, keep=lambda kept: None, kept=None):
+    def __init__(self, send, page, keep=lambda kept: None, kept=None):
         kept = kept or {}
-        self._send, self._store = send, keep
-        self._page = kept.get("page") or secrets.token_hex(4)
+        self._send, self._page, self._store = send, page, keep
         self._all = kept.get("all")              # number of the stop for all, or None
         self._some = dict(kept.get("some", {}))  # {name: number} of stops for one
         self._newest = secrets.token_hex(4)      # names the newest press of STOP, so that no older release ends it
@@ -143,14 +143,14 @@ class Fleet:
         A process that has ended has taken with it whose they were: the one behind it names itself.
         """
         confirmed = one.state.get("confirmed", ()) if one.present else ()
-        return [number for number in confirmed if number.startswith(self._page) or number == one.identity]
+        return [number for number in confirmed if number.rpartition("-")[0] == self._page or number == one.identity]
 
     def _send_stop(self, name):
         if self._wanted(name) and self._present(name):
             self._send(name, {"kind": "stop", "number": self._wanted(name)})
 
     def _keep(self):
-        self._store({"page": self._page, "all": self._all, "some": dict(self._some), "names": sorted(self._robots)})
+        self._store({"all": self._all, "some": dict(self._some), "names": sorted(self._robots)})
 
     # For pages
 

@@ -62,7 +62,7 @@ def parse(arguments=None):
     parser.add_argument("--remove", action="store_true", help="remove all of it again, the black boxes too")
     parser.add_argument("--network", type=address, metavar="ADDRESS",
                         help="let other machines use the robot under this address of its (docs/safety.md: "
-                        "there is no password); default: the robot keeps to itself")
+                        "there is no password); without it, also when you install again, the robot keeps to itself")
     parser.add_argument("--page", nargs="?", const="0.0.0.0", metavar="ADDRESS",
                         type=lambda text: text if text == "0.0.0.0" else address(text),
                         help="start the page for driving in a browser, too, with a token: from every network of the "

@@ -63,7 +63,6 @@ RUN_BY = {
     "roslaunch teleop.launch": "robotont_teleop/test/test_hands_through_the_mux.py: teleop.launch",
     "catkin_make": OTHERS + "a workspace of catkin_make, minutes",
     "git clone": OTHERS + "the network", "journalctl": OTHERS + "systemd", "ssh": OTHERS + "a second machine",
-    "openssl": "robotont_fleet/test/test_fleet_access.py: openssl",
     "rosbag": OTHERS + "rosbag", "rosnode": OTHERS + "rosnode", "rostopic": OTHERS + "rostopic",
     "sudo": OTHERS + "apt, systemd", "wsl": OTHERS + "Windows",
 }

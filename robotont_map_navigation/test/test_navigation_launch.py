@@ -11,7 +11,7 @@ from navigation_tools import NAVIGATION, NAVIGATION_PACKAGES, PACKAGE, ROOT, mis
 from roslaunch import RLException
 
 from robotont_driver.nodes import driver_node
-from robotont_map_navigation import arrival, map_file
+from robotont_map_navigation import arrival
 from robotont_simulator.world import read_world, write_map
 from robotont_testing import places
 from robotont_testing.robots import ROBOTONT2, SHIPPED, robot_folder
@@ -109,32 +109,10 @@ def test_a_world_brings_its_map_and_its_start(tmp_path, world):
     assert tuple(launch.parameters[f"/amcl/initial_pose_{axis}"] for axis in "xya") == read_world(file).start
 
 
-MAP = "image: no.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2"
-
-
 def test_a_world_without_a_map_is_refused():
-    words = map_file.fault(ROOT / "config" / "maps" / "empty.yaml")
-    assert words.startswith(f"no map {ROOT}/config/maps/empty.yaml. Beside it are: maze, room. A world of the ")
-    with pytest.raises(RLException, match="map_is_there"):
+    with pytest.raises(RLException, match=r"file does not exist \[.*/config/maps/empty.yaml\]"):
         read_launch("navigation.launch", "sim:=true", "world:=empty")
     assert "/map_server" not in read_launch("navigation.launch", "sim:=true", "world:=empty", "map:=none").nodes
-
-
-@pytest.mark.parametrize("text, words", [
-    (MAP, "its image {folder}/no.pgm is missing"),
-    (MAP.replace("no.pgm", "."), "its image {folder} is missing"),
-    (MAP.replace("0.05", "5 cm"), "resolution: found '5 cm', allowed: a number > 0 [m]"),
-    (MAP.replace("0.05", "5e-2"), "'5e-2' is a text to YAML, write 0.05"),
-    (MAP.replace("[0, 0, 0]", "[0, 0]"), "origin: found [0, 0], allowed: [x, y, yaw], three numbers"),
-    ("walls: []", ": no image"),
-    ("- 1", "allowed: image, resolution, origin, occupied_thresh"),
-])
-def test_a_file_that_is_no_map_is_named(tmp_path, text, words):
-    file = tmp_path / "map.yaml"
-    file.write_text(text)
-    found = map_file.fault(file)
-    assert found.startswith(str(file))
-    assert words.format(folder=tmp_path) in found
 
 
 def read(file, *arguments):

@@ -140,8 +140,8 @@ class Rig:
             row["mended"].append((fault.mend, mending.communicate(timeout=PATIENCE)[0].strip().splitlines()[-1]))
         if goto.returncode:
             leave(self)
-            again = self.tool("goto", *goal, "--timeout", PATIENCE)
-            row["mended"].append(("goto", again.communicate()[0].strip().splitlines()[-1]))
+            again = self.tool("goto", *goal)
+            row["mended"].append(("goto", again.communicate(timeout=PATIENCE)[0].strip().splitlines()[-1]))
             row["again"] = again.returncode
         wait_for(lambda: standing(self.run.truth[-1]), "the robot to stand", 30)
         row["pose_error_m"], row["pose_error_rad"] = (round(value, 3) for value in self.error())

@@ -1,6 +1,8 @@
-"""What the rostests of this folder share: a walled room as a map, and transforms."""
+"""What tests of this folder share: a walled room as a map, transforms, and a stand-in for rospy's topics."""
 
 import math
+from collections import defaultdict
+from types import SimpleNamespace
 
 import numpy as np
 import rospy
@@ -41,3 +43,26 @@ def latched(topic, message):
     publisher = rospy.Publisher(topic, type(message), queue_size=1, latch=True)
     publisher.publish(message)
     return publisher
+
+
+class Bus:
+    """Stands in for rospy's topics, parameters and clock, without a master: what is published, and who listens."""
+
+    def __init__(self, monkeypatch):
+        self.listeners, self.sent = defaultdict(list), defaultdict(list)
+        for name, stand_in in (("Subscriber", lambda topic, _, callback, **__: self.listeners[topic].append(callback)),
+                               ("Publisher", lambda topic, *_, **__: SimpleNamespace(
+                                   publish=lambda message: self.publish(topic, message))),
+                               ("get_namespace", lambda: "/"), ("get_rostime", rospy.Time),
+                               ("get_param", lambda name, default: 0.16 if "radius" in name else default)):
+            monkeypatch.setattr(rospy, name, stand_in)
+        monkeypatch.setattr(rospy.Time, "now", rospy.Time)
+
+    def publish(self, topic, message):
+        """Called for what is published."""
+        self.sent[topic].append(message)
+
+    def hear(self, topic, message):
+        """What comes on a topic."""
+        for callback in self.listeners[topic]:
+            callback(message)

@@ -101,9 +101,9 @@ class Run:
         wait_for(lambda: self.truth, "the simulator")
         first, start = len(self.truth) - 1, time.monotonic()
         first_command, first_report = len(self.commands), len(self.reports)
-        result = subprocess.run([program("robotont_map_navigation", "goto"), str(x), str(y), str(yaw),
-                                 "--timeout", str(GOAL_TIMEOUT)], check=False, text=True,
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        result = subprocess.run(["timeout", str(GOAL_TIMEOUT), program("robotont_map_navigation", "goto"), str(x),
+                                 str(y), str(yaw)], check=False, text=True, stdout=subprocess.PIPE,
+                                stderr=subprocess.STDOUT)
         duration = time.monotonic() - start
         wait_for(lambda: standing(self.truth[-1]), "the robot to stand")
         truth = self.truth[first:]

@@ -10,15 +10,14 @@ from robotont_map_navigation.goto import parse_arguments
 GOAL = Goal(8.0, 8.0, 1.57)
 
 
-
 @pytest.mark.parametrize("words, numbers", [
-    (["8", "-1e-3", "-3.14159"], (8.0, -0.001, -3.14159, 0.0)),
-    (["1000", "-1000", "6.2831853", "--timeout", "0"], (1000.0, -1000.0, 6.2831853, 0.0)),
-    (["--patience", "0", "2", "2", "-0", "--timeout", "1000000"], (2.0, 2.0, 0.0, 1e6)),
+    (["8", "-1e-3", "-3.14159"], (8.0, -0.001, -3.14159, 60.0)),
+    (["1000", "-1000", "6.2831853", "--patience", "0"], (1000.0, -1000.0, 6.2831853, 0.0)),
+    (["--patience", "1000000", "2", "2", "-0"], (2.0, 2.0, 0.0, 1e6)),
 ])
 def test_arguments_are_read_and_negative_numbers_are_no_options(words, numbers):
     options = parse_arguments(words)
-    assert (options.x, options.y, options.yaw, options.timeout) == numbers
+    assert (options.x, options.y, options.yaw, options.patience) == numbers
 
 
 @pytest.mark.parametrize("words, fault", [
@@ -27,7 +26,7 @@ def test_arguments_are_read_and_negative_numbers_are_no_options(words, numbers):
     (["1001", "2", "0"], "argument x: found '1001'"), (["", "2", "0"], "argument x: found ''"),
     (["2", "2", "90"], "argument yaw: found '90', allowed: a number from -6.28 to 6.28 [rad], not degrees"),
     (["2", "2"], "the following arguments are required: yaw"),
-    (["2", "2", "0", "--timeout", "-1"], "argument --timeout: found '-1', allowed: a number from 0 to 1000000 [s]"),
+    (["2", "2", "0", "--patience", "-1"], "argument --patience: found '-1', allowed: a number from 0 to 1000000 [s]"),
 ])
 def test_wrong_arguments_end_with_status_2_and_what_is_allowed(capsys, words, fault):
     with pytest.raises(SystemExit) as raised:

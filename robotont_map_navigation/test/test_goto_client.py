@@ -1,15 +1,13 @@
 """Why a goal ends, beside others who stop or cancel goals and send some; without ROS."""
 
 import threading
-from collections import defaultdict
 
 import pytest
-import rospy
-from actionlib_msgs.msg import GoalID, GoalStatus
+from actionlib_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from move_base_msgs.msg import MoveBaseActionResult
-from navigation_messages import grid, walled
+from navigation_messages import Bus, grid, walled
 from std_msgs.msg import String
 
 from robotont_map_navigation import goto_client
@@ -22,48 +20,40 @@ ILL = DiagnosticArray(status=[DiagnosticStatus(name="link", level=DiagnosticStat
                               DiagnosticStatus(name="driver", level=DiagnosticStatus.WARN, message="slow")])
 
 
-class MoveBase:
-    """Stands in for the topics and move_base behind them, which ends each goal before its sender goes on."""
+class MoveBase(Bus):
+    """Stands in for move_base, too, which ends each goal before its sender goes on."""
 
     def __init__(self, monkeypatch):
-        self.listeners = defaultdict(list)
-        self.sent, self.newest, self.shown, self.cancelled = 0, None, [], []
+        super().__init__(monkeypatch)
+        self.shown, self.cancelled = [], []
         self.after, self.status = 0.0, GoalStatus.ABORTED  # [s] until the result
         self.before = ()  # (topic, message) that come before it
         self.obeys = True  # a cancellation
-        monkeypatch.setattr(rospy, "Subscriber",
-                            lambda topic, _, callback, **__: self.listeners[topic].append(callback))
-        monkeypatch.setattr(rospy, "Publisher", lambda *_, **__: self)
-        monkeypatch.setattr(rospy, "get_namespace", lambda: "/")
-        monkeypatch.setattr(rospy, "get_param", lambda name, default: 0.16 if "radius" in name else default)
-        monkeypatch.setattr(rospy, "get_rostime", rospy.Time)
-        monkeypatch.setattr(rospy.Time, "now", rospy.Time)
         monkeypatch.setattr(goto_client, "LOOK_UP", 0.0)
         self.goto = goto_client.GoTo(self.shown.append)
 
-    def hear(self, topic, message):
-        for callback in self.listeners[topic]:
-            callback(message)
+    @property
+    def goals(self):
+        """Ids of the goals that were sent."""
+        return [message.goal_id.id for message in self.sent["move_base/goal"]]
 
-    def publish(self, message):
-        if isinstance(message, GoalID):
+    def publish(self, topic, message):
+        super().publish(topic, message)
+        if topic == "move_base/cancel":
             self.cancelled.append(message.id)
             if self.obeys:
-                end = GoalStatus(message, GoalStatus.PREEMPTED, "")
-                self.hear("move_base/result", MoveBaseActionResult(status=end))
+                self.end(message, GoalStatus.PREEMPTED)
             return
-        self.sent, self.newest = self.sent + 1, message.goal_id.id
-        result = MoveBaseActionResult(status=GoalStatus(message.goal_id, self.status, "no way"))
-
-        def answer():
-            for heard in self.before:
-                self.hear(*heard)
-            self.hear("move_base/result", result)
-        timer = threading.Timer(self.after, answer)
+        timer = threading.Timer(self.after, self.end, (message.goal_id, self.status, self.before))
         timer.daemon = True
         timer.start()
         if not self.after:
             timer.join()
+
+    def end(self, goal, status, before=()):
+        for heard in before:
+            self.hear(*heard)
+        self.hear("move_base/result", MoveBaseActionResult(status=GoalStatus(goal, status, "no way")))
 
 
 @pytest.fixture
@@ -83,26 +73,30 @@ def move_base(monkeypatch):
 @pytest.mark.parametrize("after", [0.0, 0.3])
 def test_what_ends_a_goal_is_named(move_base, topic, message, end, status, words, after):
     move_base.after, move_base.status, move_base.before = after, end, [(topic, message)]
-    assert move_base.goto.go(GOAL, 10.0, patience=0.0) == (status, words)
+    assert move_base.goto.go(GOAL, patience=0.0) == (status, words)
     if status == Status.LOST:
-        assert move_base.goto.go(GOAL, 10.0).status == Status.LOST
-        assert move_base.sent == 1
+        assert move_base.goto.go(GOAL).status == Status.LOST
+        assert len(move_base.goals) == 1
 
 
 @pytest.mark.parametrize("obeys, words", [
     (True, "the goal is cancelled"),
     (False, "cancelled, but move_base has not confirmed it within 0.1 s: the robot may still move")])
-def test_a_goal_ends_after_its_timeout_and_says_whether_move_base_confirms_it(move_base, monkeypatch, obeys, words):
+def test_a_goal_ends_where_the_robot_gets_nowhere_and_says_whether_move_base_confirms_it(
+        move_base, monkeypatch, obeys, words):
     monkeypatch.setattr(goto_client, "CANCELLING", 0.1)
     move_base.after, move_base.obeys = 60.0, obeys
-    assert move_base.goto.go(GOAL, 0.5) == (Status.TOO_LONG, "not there after 0.5 s; " + words)
+    move_base.hear("/diagnostics", ILL)
+    assert move_base.goto.go(GOAL, patience=0.6) == (Status.GAVE_UP, "got nowhere for 1 s: does something stand in the "
+                                                     f"way, or on the goal? {words}; link: unplugged")
+    assert move_base.cancelled == ["", *move_base.goals]
 
 
 def test_a_move_base_that_is_not_heard_any_more_ends_the_goal(move_base, monkeypatch):
     monkeypatch.setattr(goto_client, "SILENCE", 0.3)
     move_base.after = 60.0
-    assert move_base.goto.go(GOAL, 10.0) == (Status.NOT_THERE, "move_base has not been heard for 0.3 s: has it died?")
-    assert move_base.cancelled == [move_base.newest]
+    assert move_base.goto.go(GOAL) == (Status.NOT_THERE, "move_base has not been heard for 0.3 s: has it died?")
+    assert move_base.cancelled == ["", *move_base.goals]
 
 
 @pytest.mark.parametrize("x, y, words", [
@@ -116,27 +110,26 @@ def test_a_goal_that_the_map_shows_to_be_out_of_reach_is_never_sent(move_base, x
     pose.pose.pose.position.x = pose.pose.pose.position.y = 1.0
     move_base.hear("map", grid(rooms))
     move_base.hear("amcl_pose", pose)
-    assert move_base.goto.go(Goal(x, y, 0.0), 10.0) == (Status.REFUSED, words)
-    assert move_base.sent == 0
+    assert move_base.goto.go(Goal(x, y, 0.0)) == (Status.REFUSED, words)
+    assert move_base.goals == []
     assert move_base.goto.check(Goal(1.5, 1.0, 0.0)) is None
 
 
 def test_a_goal_is_given_up_after_its_patience(move_base):
-    found = move_base.goto.go(GOAL, 10.0, patience=1.0)
-    assert found == (Status.GAVE_UP, "move_base gave up (ABORTED): no way")
-    assert move_base.sent > 2
+    assert move_base.goto.go(GOAL, patience=1.0) == (Status.GAVE_UP, "move_base gave up (ABORTED): no way")
+    assert len(move_base.goals) > 2
 
 
 @pytest.mark.parametrize("presses", [["/page"], ["/page", ""]])
 def test_a_goal_that_is_given_or_checked_during_an_emergency_stop_is_not_what_a_release_begins(
         move_base, monkeypatch, presses):
-    monkeypatch.setattr(move_base.goto, "_refusal", lambda _goal: [
-        move_base.hear("emergency_stop/pressed_by", String(who)) for who in presses] and None)
-    found = move_base.goto.go(GOAL, 1.0)
+    monkeypatch.setattr(goto_client, "wait_for", lambda *_: [
+        move_base.hear("emergency_stop/pressed_by", String(who)) for who in presses])
+    found = move_base.goto.go(GOAL)
     assert found.status == Status.REFUSED
     assert found.words.endswith(STOP)
     move_base.hear("emergency_stop/pressed_by", String(""))
-    assert move_base.sent == 0
+    assert move_base.goals == []
     monkeypatch.undo()
     assert move_base.goto.check(GOAL) is None
 
@@ -144,7 +137,7 @@ def test_a_goal_that_is_given_or_checked_during_an_emergency_stop_is_not_what_a_
 def waiting(move_base):
     """(thread, outcomes) of a goal that waits."""
     outcomes = []
-    going = threading.Thread(target=lambda: outcomes.append(move_base.goto.go(GOAL, 0.0)), daemon=True)
+    going = threading.Thread(target=lambda: outcomes.append(move_base.goto.go(GOAL)), daemon=True)
     going.start()
     wait_for(lambda: any(line.startswith("waits") for line in move_base.shown), "the goal to wait")
     return going, outcomes
@@ -154,27 +147,36 @@ def waiting(move_base):
 def test_a_stop_ends_a_goal_that_waits_also_where_it_has_just_been_sent_again(move_base, presses):
     going, outcomes = waiting(move_base)
     move_base.after = 5.0  # [s] move_base has not ended the newest one, nor heard of the stop
-    wait_for(lambda: move_base.sent > 2, "the next try")
+    wait_for(lambda: len(move_base.goals) > 2, "the next try")
     for who in presses:
         move_base.hear("emergency_stop/pressed_by", String(who))
     going.join(4.0)
     assert outcomes == [(Status.REPLACED, "cancelled by " + STOP)]
-    assert move_base.newest in move_base.cancelled
+    assert move_base.goals[-1] in move_base.cancelled
+
+
+def test_a_goal_that_waits_says_why_and_goes_on_by_itself(move_base):
+    move_base.hear("/diagnostics", ILL)
+    going, outcomes = waiting(move_base)
+    assert move_base.shown[-1] == "waits, 0 of 60 s: link: unplugged"
+    move_base.status = GoalStatus.SUCCEEDED
+    going.join(4.0)
+    assert [each.status for each in outcomes] == [Status.DONE]
 
 
 def test_a_goal_that_waits_is_not_sent_again_once_it_is_left(move_base):
     going, _ = waiting(move_base)
     move_base.goto.leave()
-    sent = move_base.sent
+    sent = len(move_base.goals)
     going.join(4.0)
-    assert (going.is_alive(), move_base.sent) == (False, sent)
+    assert (going.is_alive(), len(move_base.goals)) == (False, sent)
 
 
 def test_a_goal_on_its_way_is_not_waited_for_once_it_is_left(move_base):
     move_base.after = 60.0
-    going = threading.Thread(target=lambda: move_base.goto.go(GOAL, 0.0), daemon=True)
+    going = threading.Thread(target=lambda: move_base.goto.go(GOAL), daemon=True)
     going.start()
-    wait_for(lambda: move_base.sent, "the goal")
+    wait_for(lambda: move_base.goals, "the goal")
     move_base.goto.leave()
     going.join(2.0)  # [s] less than SILENCE, which would end it too
     assert not going.is_alive()
@@ -187,11 +189,11 @@ def test_whatever_ends_the_client_takes_its_goal_back(move_base, monkeypatch):
         raise BrokenPipeError
     monkeypatch.setattr(move_base.goto, "_show", show)
     with pytest.raises(BrokenPipeError):
-        move_base.goto.go(GOAL, 10.0)
-    assert move_base.cancelled == [move_base.newest]
+        move_base.goto.go(GOAL)
+    assert move_base.cancelled == ["", *move_base.goals]
 
 
 def test_what_ails_another_robot_of_the_same_master_is_no_cause(move_base):
     move_base.hear("/diagnostics", DiagnosticArray(status=[
         DiagnosticStatus(name="robot2/serial_com_node: link", hardware_id="robot2", level=DiagnosticStatus.ERROR)]))
-    assert move_base.goto.go(GOAL, 10.0, patience=0.0).words == "move_base gave up (ABORTED): no way"
+    assert move_base.goto.go(GOAL, patience=0.0).words == "move_base gave up (ABORTED): no way"

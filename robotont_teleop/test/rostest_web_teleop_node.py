@@ -13,7 +13,7 @@ from pathlib import Path
 import rospy
 import rostest
 import tf2_ros
-from actionlib_msgs.msg import GoalStatusArray
+from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from geometry_msgs.msg import Twist
 from move_base_msgs.msg import MoveBaseActionGoal
 from nav_msgs.msg import OccupancyGrid, Odometry
@@ -23,7 +23,6 @@ from web_pages import OPEN, BrowserTest, room, still, values_of
 
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_driver.ros.worker import Worker
-from robotont_map_navigation.goto_client import GOING_ON
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import WARN
 from robotont_testing.stalling_proxy import StallingProxy
@@ -107,7 +106,8 @@ class WebTeleopNodeTest(PageServerTest):
         wait_for(lambda: "to go" in (status()["goal"] or {"words": ""})["words"], "the way that is left")
 
         def active():
-            return [one for one in statuses[-1].status_list if one.status in GOING_ON]
+            return [one for one in statuses[-1].status_list if one.status in (
+                GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING)]
         wait_for(active, "an active goal")
         page.send({"kind": "stop"})
         wait_for(lambda: not active(), "the end of the goal")

@@ -22,7 +22,7 @@ class Client:
         self.ended.clear()
         self.sent.append(goal)
 
-    def follow(self, _goal, _timeout):
+    def follow(self, _goal):
         self.ended.wait(20.0)
         return Outcome(Status.DONE, "there")
 

@@ -21,7 +21,7 @@ class Goal(NamedTuple):
 class Status(IntEnum):
     """Exit statuses of goto and relocalize; 2 is that of wrong arguments."""
 
-    DONE, GAVE_UP, NOT_THERE, REPLACED, TOO_LONG, REFUSED, NEAR, LOST, INTERRUPTED = 0, 1, 3, 4, 5, 6, 7, 8, 130
+    DONE, GAVE_UP, NOT_THERE, REPLACED, REFUSED, NEAR, LOST, INTERRUPTED = 0, 1, 3, 4, 6, 7, 8, 130
 
 
 class Outcome(NamedTuple):

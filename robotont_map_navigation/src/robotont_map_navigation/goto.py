@@ -14,9 +14,8 @@ from robotont_map_navigation.tool import run_tool
 
 PERIOD = 2.0  # [s] between two lines of progress
 EXIT_STATUS = """exit status: 0 reached; 1 move_base gave up; 2 wrong arguments; 3 no move_base, or it died;
-4 another goal took its place; 5 --timeout; 6 refused: no such place on the map, no way to it, or an emergency stop is
-pressed; 7 as near as possible, but not there; 8 the robot does not know where it is; 130 Ctrl-C (the goal is cancelled
-first)"""
+4 another goal took its place; 6 refused: no such place on the map, no way to it, or an emergency stop is pressed;
+7 as near as possible, but not there; 8 the robot does not know where it is; 130 Ctrl-C (the goal is cancelled first)"""
 
 
 def _number(least, most, allowed):
@@ -41,8 +40,6 @@ def parse_arguments(words):
     parser.add_argument("x", type=COORDINATE, help="[m]")
     parser.add_argument("y", type=COORDINATE, help="[m]")
     parser.add_argument("yaw", type=YAW, help="where to look in the end [rad]")
-    parser.add_argument("--timeout", type=SECONDS, default=0.0,
-                        help="cancel after this long, 0: never [s] [%(default)s]")
     parser.add_argument("--patience", type=SECONDS, default=PATIENCE,
                         help="wait so long for move_base, or where a way is barred or a sensor gone [s] [%(default)s]")
     # a space before negative numbers: argparse takes -1e-3 for an option
@@ -65,7 +62,7 @@ def _run(options):
             return Outcome(Status.NOT_THERE, f"no {name} after {options.patience:g} s: is navigation.launch running?")
     goal = Goal(options.x, options.y, options.yaw)
     print(f"going to {goal}", flush=True)
-    return goto.go(goal, options.timeout, options.patience)
+    return goto.go(goal, options.patience)
 
 
 def main():

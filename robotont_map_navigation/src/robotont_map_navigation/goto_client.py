@@ -27,7 +27,6 @@ PATIENCE = 60.0    # [s] for which a goal may wait where the robot gets nowhere
 NEWS = 3.0         # [s] for which a word of the diagnostics counts
 AGAIN = 0.5        # [s] at least between two goals that are the same
 CANCELLING = 5.0   # [s] that move_base has to confirm a cancellation: it hears of none while it plans
-GOING_ON = (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING)
 
 
 class GoTo:
@@ -42,7 +41,6 @@ class GoTo:
         self._held = ""        # what has ended navigation's motion since this goal was sent, of navigation_monitor
         self._pressed_by = ""  # who presses the emergency stop, which cancels all goals
         self._stopped_by = ""  # who has pressed it since this one was sent
-        self._sent = set()     # ids of the goals of this client that move_base has not reported as ended
         self._handle = None    # actionlib.ClientGoalHandle of the goal that was sent last
         self._left = False
         self._lock = threading.Lock()
@@ -68,31 +66,27 @@ class GoTo:
         """Whether move_base answers within `timeout` [s]."""
         return self._client.wait_for_server(rospy.Duration(max(timeout, 0.01)))
 
-    def go(self, goal, timeout, patience=PATIENCE):
-        """Send the robot to a Goal; its Outcome, after `timeout` [s] at the latest (0: no limit).
+    def go(self, goal, patience=PATIENCE):
+        """Send the robot to a Goal; its Outcome.
 
         Where the robot gets nowhere the goal waits for `patience` [s], and goes on by itself; with 0 move_base decides.
         """
         refused = self.check(goal)
         if not refused:
             self.send(goal)
-        return refused or self.follow(goal, timeout, patience)
+        return refused or self.follow(goal, patience)
 
     def check(self, goal):
         """The Outcome of a Goal that the map shows to be out of reach, or that a release would begin; else None."""
         self._stopped_by = self._pressed_by
-        reason = self._refusal(goal)
+        wait_for(lambda: self._map and self._pose, LOOK_UP)
+        start = self._pose and self._pose[:2]
+        reason = self._map and refusal(floor_map_of(self._map), goal[:2], start, needed_radius())
         if self._stopped_by:
             reason = self._stop()
         if self._trouble:
             return self._by_others()
         return Outcome(Status.REFUSED, f"refused: {reason}") if reason else None
-
-    def _refusal(self, goal):
-        """Why the map shows that the goal cannot be reached; empty when it can, or when there is no map to tell."""
-        wait_for(lambda: self._map and self._pose, LOOK_UP)
-        start = self._pose and self._pose[:2]
-        return self._map and refusal(floor_map_of(self._map), goal[:2], start, needed_radius())
 
     def send(self, goal):
         """Send the robot to a Goal, in place of the one before; then `follow` it."""
@@ -106,10 +100,9 @@ class GoTo:
         self._held = ""
         self._stopped_by = self._pressed_by
         self._handle = self._client.send_goal(message, feedback_cb=self._on_feedback)
-        self._sent.add(goal_id(self._handle))
 
-    def follow(self, goal, timeout, patience=PATIENCE):
-        """The Outcome of the goal that was sent last; `timeout` and `patience` as of `go`."""
+    def follow(self, goal, patience=PATIENCE):
+        """The Outcome of the goal that was sent last; `patience` as of `go`."""
         start = since = sent = time.monotonic()
         place, given_up = None, ""  # in the circle around it the robot has been since then; why move_base gave up there
         try:
@@ -136,8 +129,6 @@ class GoTo:
                 if not self.answers:
                     self._take_back()  # should it only be slow
                     return Outcome(Status.NOT_THERE, f"move_base has not been heard for {SILENCE:g} s: has it died?")
-                if timeout and now - start > timeout:
-                    return Outcome(Status.TOO_LONG, f"not there after {timeout:g} s; {self.cancel()}")
         except KeyboardInterrupt:
             return Outcome(Status.INTERRUPTED, f"interrupted; {self.cancel()}")
         except BaseException:  # nobody reads what `show` prints, for instance
@@ -198,12 +189,10 @@ class GoTo:
         return f"cancelled, but move_base has not confirmed it within {CANCELLING:g} s: the robot may still move"
 
     def _take_back(self):
-        """Cancel every goal of this client that may go on.
-
-        Where a cancellation overtakes its goal on the way, move_base never begins that goal, nor ends the one before.
-        """
-        for sent in tuple(self._sent):  # by a time, the clocks of all computers would have to agree
-            self._client.pub_cancel.publish(GoalID(id=sent))
+        """Cancel whatever makes move_base drive, and the newest goal by name: it may have been overtaken on the way."""
+        self._client.cancel_all_goals()
+        if self._handle:
+            self._client.pub_cancel.publish(GoalID(id=goal_id(self._handle)))
 
     def _on_map(self, message):
         self._map = message if message.header.frame_id == FRAME else None
@@ -230,10 +219,8 @@ class GoTo:
         self._pressed_by = message.data
         self._stopped_by = message.data or self._stopped_by
 
-    def _on_status(self, message):
+    def _on_status(self, _message):
         self._heard = time.monotonic()
-        self._sent.difference_update(
-            status.goal_id.id for status in message.status_list if status.status not in GOING_ON)
 
     def _on_feedback(self, _handle, feedback):
         self._pose = pose_of(feedback.base_position.pose)

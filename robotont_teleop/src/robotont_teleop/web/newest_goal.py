@@ -62,7 +62,7 @@ class NewestGoal:
                 self._goto.leave(cancel=True)  # the robot must not go on to the goal before
             else:
                 self._goto.send(goal)
-        outcome = outcome or self._goto.follow(goal, 0.0)
+        outcome = outcome or self._goto.follow(goal)
         with self._changed:
             replaced = self._wanted is not None
             self.shown = None  # also where it is replaced: the newer goal may be cancelled before its turn

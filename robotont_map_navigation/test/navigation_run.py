@@ -23,11 +23,11 @@ import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from scipy import ndimage
 
 from robotont_description.geometry import robot_radius
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_map_navigation.floor_map import FloorMap
 from robotont_simulator.world import OCCUPIED, draw_map, read_world
 from robotont_testing.harness import Master, wait_for
 from robotont_testing.places import program
@@ -53,15 +53,18 @@ def random_goals(world, radius, count, seed):
     Every third one is NEAR from a wall or box, in metres between the centre and its face; the others are farther.
     """
     image, origin = draw_map(world)
-    floor_map = FloorMap(np.where(image[::-1] == OCCUPIED, 100, 0), RESOLUTION, (*origin, 0.0))
+    rooms, _ = ndimage.label(ndimage.distance_transform_edt(image[::-1] != OCCUPIED) * RESOLUTION >= radius)
     draw, goals = random.Random(seed), []
+
+    def room(x, y):
+        return rooms[int((y - origin[1]) / RESOLUTION), int((x - origin[0]) / RESOLUTION)]
     corners = [(box.x, box.y) for box in world.solids]
     low, high = np.min(corners, axis=0), np.max(corners, axis=0)
     while len(goals) < count:
         x, y = (round(draw.uniform(low[axis], high[axis]), 2) for axis in (0, 1))
         distance = clearance((x, y), world, 0.0)
         wanted = NEAR[0] <= distance <= NEAR[1] if len(goals) % 3 == 2 else distance > NEAR[1]
-        if wanted and floor_map.is_connected(world.start[:2], (x, y), radius):
+        if wanted and room(x, y) == room(*world.start[:2]):
             goals.append((x, y, round(draw.uniform(-math.pi, math.pi), 2)))
     return goals
 

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-OCCUPIED = 65     # [%] from here on a cell is a wall, as for the costmaps (config/navigation/costmap_common.yaml)
-START_SLACK = 2   # robot radii around the robot within which its way may begin: it may stand close to a wall
+OCCUPIED = 65  # [%] from here on a cell is a wall, as for the costmaps (config/navigation/costmap_common.yaml)
 
 
 class FloorMap:
@@ -37,21 +36,8 @@ class FloorMap:
 
     def clearance(self, place):
         """[m] from (x, y) [m] to the centre of the nearest occupied cell; inf where there is none."""
-        return float(self._distances(place)[self._occupied].min(initial=math.inf))
-
-    def is_connected(self, start, goal, radius):
-        """Whether a round robot of `radius` [m] finds a way between two places (x, y) [m] on the map."""
-        free = ~self._close_to_walls(radius)
-        first = free & (self._distances(start) <= max(START_SLACK * radius, self.resolution))
-        targets = np.pad(free & (self._distances(goal) <= 1.5 * self.resolution), 1).ravel()
-        step = free.shape[1] + 2                    # from a cell to that below it, with an edge all around
-        left = np.pad(free & ~first, 1).ravel()     # free cells that have not been reached yet
-        frontier = np.flatnonzero(np.pad(first, 1))
-        while frontier.size and not targets[frontier].any():
-            around = np.concatenate([frontier - 1, frontier + 1, frontier - step, frontier + step])
-            frontier = np.unique(around[left[around]])
-            left[frontier] = False
-        return bool(frontier.size)
+        cells = np.argwhere(self._occupied) + 0.5
+        return self.resolution * float(np.hypot(*(cells - self.indices(*place)).T).min(initial=math.inf))
 
     def are_near_walls(self, places, tolerance):
         """N of bool: which of N places (2 x N, [m]) are at most `tolerance` [m] away from an occupied cell."""
@@ -80,12 +66,6 @@ class FloorMap:
                         close[rows + reach + down, columns + reach + right] = True
             self._dilated[radius] = close[reach:close.shape[0] - reach, reach:close.shape[1] - reach]
         return self._dilated[radius]
-
-    def _distances(self, place):
-        """H x W [m] from (x, y) [m] to the cells' centres."""
-        row, column = self.indices(*place)
-        rows, columns = self._occupied.shape
-        return self.resolution * np.hypot(np.arange(rows)[:, None] + 0.5 - row, np.arange(columns) + 0.5 - column)
 
     def indices(self, x, y):
         """(row, column), not rounded, of places in the map's frame [m]."""

@@ -1,4 +1,4 @@
-"""A place to go to, how far it is and whether the map shows that it is out of reach, without ROS."""
+"""A place to go to, how far it is and whether the map shows that the robot cannot stand there, without ROS."""
 
 import math
 from enum import IntEnum
@@ -48,33 +48,25 @@ def progress(pose, goal, elapsed):
 def outcome(state, text, goal, pose, elapsed):
     """Outcome of a goal that move_base ended after `elapsed` [s] with an actionlib `state` (its name) and a `text`."""
     distance, turn = remaining(pose, goal) if pose else (0.0, 0.0)
-    left = f"{distance:.2f} m and {turn:.2f} rad"
+    left, after = f"{distance:.2f} m and {turn:.2f} rad", f"after {elapsed:.1f} s"
     if state == "SUCCEEDED":
         if distance > NEAR_DISTANCE or turn > NEAR_TURN:
-            return Outcome(Status.NEAR, f"as near as possible to {goal} after {elapsed:.1f} s: {left} away")
-        return Outcome(Status.DONE, f"reached {goal} after {elapsed:.1f} s" + (f", within {left}" if pose else ""))
+            return Outcome(Status.NEAR, f"as near as possible to {goal} {after}: {left} away")
+        return Outcome(Status.DONE, f"reached {goal} {after}" + (f", within {left}" if pose else ""))
     if state in ("PREEMPTED", "RECALLED"):
-        words = f"cancelled by another client, or another goal took its place, after {elapsed:.1f} s"
-        return Outcome(Status.REPLACED, words)
+        return Outcome(Status.REPLACED, f"cancelled by another client, or another goal took its place, {after}")
     if state == "LOST":
-        words = f"move_base died after {elapsed:.1f} s and was started again: send the goal again"
-        return Outcome(Status.NOT_THERE, words)
+        return Outcome(Status.NOT_THERE, f"move_base died {after} and was started again: send the goal again")
     reason = text.strip().rstrip(".") or "no reason given"
     return Outcome(Status.GAVE_UP, f"move_base gave up ({state}): {reason}" + (f"; {left} were left" if pose else ""))
 
 
-def refusal(floor_map, goal, start, radius):
-    """Why a round robot of `radius` [m] cannot be sent to `goal`, (x, y) [m] on the map; empty when it can.
-
-    start: (x, y) [m] of the robot; None when it is not known.
-    """
+def refusal(floor_map, goal, radius):
+    """Why a round robot of `radius` [m] cannot stand at `goal`, (x, y) [m] on the map; empty when it can."""
     place, bars = f"({goal[0]:.2f}, {goal[1]:.2f})", floor_map.bars(goal)
     if bars:
         return f"{place} is {bars}"
     clearance = floor_map.clearance(goal)
     if clearance < radius:
         return f"{place} is {clearance:.2f} m from a wall of the map, and the robot needs {radius:.2f} m"
-    if start is not None and not floor_map.is_connected(start, goal, radius):
-        return (f"no way from the robot at ({start[0]:.2f}, {start[1]:.2f}) to {place}: walls of the map, or gaps "
-                f"narrower than {2 * radius:.2f} m, lie between them")
     return ""

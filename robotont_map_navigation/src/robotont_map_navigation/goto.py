@@ -2,9 +2,9 @@
 
 import argparse
 import contextlib
+import functools
 import re
 import signal
-import time
 
 import rospy
 
@@ -12,9 +12,8 @@ from robotont_map_navigation.goal import Goal, Outcome, Status
 from robotont_map_navigation.goto_client import PATIENCE, GoTo
 from robotont_map_navigation.tool import run_tool
 
-PERIOD = 2.0  # [s] between two lines of progress
 EXIT_STATUS = """exit status: 0 reached; 1 move_base gave up; 2 wrong arguments; 3 no move_base, or it died;
-4 another goal took its place; 6 refused: no such place on the map, no way to it, or an emergency stop is pressed;
+4 another goal took its place; 6 refused: the map has no room there, or an emergency stop is pressed;
 7 as near as possible, but not there; 8 the robot does not know where it is; 130 Ctrl-C (the goal is cancelled first)"""
 
 
@@ -48,14 +47,7 @@ def parse_arguments(words):
 
 def _run(options):
     """Outcome of the goal that the options describe."""
-    shown = -PERIOD
-
-    def show(line):
-        nonlocal shown
-        if time.monotonic() - shown >= PERIOD:
-            shown = time.monotonic()
-            print(line, flush=True)
-    goto, name = GoTo(show), rospy.resolve_name("move_base")
+    goto, name = GoTo(functools.partial(print, flush=True)), rospy.resolve_name("move_base")
     if not goto.wait_for_server(0.5):
         print(f"waiting for {name}", flush=True)
         if not goto.wait_for_server(options.patience):

@@ -8,7 +8,6 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseWithCovarianceStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import String
@@ -21,22 +20,23 @@ from robotont_map_navigation.tool import wait_for
 
 FRAME = "map"      # of the goals
 SILENCE = 3.0      # [s] without a status of move_base, which sends five per second, and it is gone
-LOOK_UP = 0.4      # [s] that the map and the robot's pose have to come; without them a goal is not checked
+LOOK_UP = 0.4      # [s] that the map has to come; without it a goal is not checked
 STAYS = 0.5        # [m] a robot that stays in a circle as small gets nowhere
 PATIENCE = 60.0    # [s] for which a goal may wait where the robot gets nowhere
 NEWS = 3.0         # [s] for which a word of the diagnostics counts
+PERIOD = 1.0       # [s] between two lines of progress
 AGAIN = 0.5        # [s] at least between two goals that are the same
 CANCELLING = 5.0   # [s] that move_base has to confirm a cancellation: it hears of none while it plans
 
 
 class GoTo:
-    """Sends a goal and watches it; the next one replaces it. What the map shows to be out of reach is never sent."""
+    """Sends a goal and watches it; the next one replaces it. None is sent where the map has no room for the robot."""
 
     def __init__(self, show):
         """show: called with lines of progress."""
         self._show = show
         self._map = None       # nav_msgs/OccupancyGrid
-        self._pose = None      # (x [m], y [m], yaw [rad]) of the robot on it, by amcl and by move_base
+        self._pose = None      # (x [m], y [m], yaw [rad]) of the robot on it, by move_base
         self._trouble = ""     # why that is wrong, of navigation_monitor
         self._held = ""        # what has ended navigation's motion since this goal was sent, of navigation_monitor
         self._pressed_by = ""  # who presses the emergency stop, which cancels all goals
@@ -50,7 +50,6 @@ class GoTo:
         self._client = actionlib.ActionClient("move_base", MoveBaseAction)
         for topic, kind, callback in (("move_base/status", GoalStatusArray, self._on_status),
                                       ("map", OccupancyGrid, self._on_map),
-                                      ("amcl_pose", PoseWithCovarianceStamped, self._on_pose),
                                       ("localization/trouble", String, self._on_trouble),
                                       ("navigation/held", String, self._on_held),
                                       ("/diagnostics", DiagnosticArray, self._on_diagnostics),
@@ -77,11 +76,10 @@ class GoTo:
         return refused or self.follow(goal, patience)
 
     def check(self, goal):
-        """The Outcome of a Goal that the map shows to be out of reach, or that a release would begin; else None."""
+        """The Outcome of a Goal where the map has no room, or that a release would begin; else None."""
         self._stopped_by = self._pressed_by
-        wait_for(lambda: self._map and self._pose, LOOK_UP)
-        start = self._pose and self._pose[:2]
-        reason = self._map and refusal(floor_map_of(self._map), goal[:2], start, needed_radius())
+        wait_for(lambda: self._map, LOOK_UP)
+        reason = self._map and refusal(floor_map_of(self._map), goal[:2], needed_radius())
         if self._stopped_by:
             reason = self._stop()
         if self._trouble:
@@ -104,6 +102,7 @@ class GoTo:
     def follow(self, goal, patience=PATIENCE):
         """The Outcome of the goal that was sent last; `patience` as of `go`."""
         start = since = sent = time.monotonic()
+        told = -math.inf
         place, given_up = None, ""  # in the circle around it the robot has been since then; why move_base gave up there
         try:
             while True:
@@ -124,8 +123,10 @@ class GoTo:
                 if waited > patience > 0.0:
                     return Outcome(Status.GAVE_UP, f"got nowhere for {waited:.0f} s: does something stand in the way, "
                                    f"or on the goal? {self.cancel()}{self._cause('; ')}")
-                self._show(f"waits, {waited:.0f} of {patience:.0f} s: {self._cause() or given_up}" if given_up
-                           else progress(pose, goal, now - start))
+                if now - told >= PERIOD:
+                    told = now
+                    self._show(f"waits, {waited:.0f} of {patience:.0f} s: {self._cause() or given_up}" if given_up
+                               else progress(pose, goal, now - start))
                 if not self.answers:
                     self._take_back()  # should it only be slow
                     return Outcome(Status.NOT_THERE, f"move_base has not been heard for {SILENCE:g} s: has it died?")
@@ -196,9 +197,6 @@ class GoTo:
 
     def _on_map(self, message):
         self._map = message if message.header.frame_id == FRAME else None
-
-    def _on_pose(self, message):
-        self._pose = pose_of(message.pose.pose)
 
     def _on_trouble(self, message):
         self._trouble = message.data

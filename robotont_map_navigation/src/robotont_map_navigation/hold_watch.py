@@ -50,7 +50,6 @@ class HoldWatch:
             self._since = None
             return Verdict()
         direction = self._commands[-1][1]
-        length = math.hypot(*direction)
         while len(self._commands) > 1 and self._commands[1][0] <= before[0] - LAG:
             self._commands.popleft()  # the first one left is that which counted then
         asked = min(_along(speeds, direction) for _, speeds in self._commands)
@@ -69,8 +68,8 @@ class HoldWatch:
         if self._tries < TRIES:
             return Verdict(stand=True)
         self._tries = 0
-        return Verdict(True, f"something holds the robot: {TRIES} times it was to move at {length:.2f} m/s, and its "
-                       f"wheels moved it at {moved:.2f} m/s; look before it and at its wheels")
+        return Verdict(True, f"something holds the robot: {TRIES} times it was to move at {math.hypot(*direction):.2f} "
+                       f"m/s, and its wheels moved it at {moved:.2f} m/s; look before it and at its wheels")
 
     def _speeds(self, twist):
         """(v_x, v_y, speed of the wheels by the turn) [m/s]."""

@@ -13,7 +13,6 @@ from robotont_map_navigation.localization_check import LocalizationCheck
 from robotont_map_navigation.map_clearing import FootprintClearing
 from robotont_map_navigation.readings import Frames, floor_map_of
 
-UNKNOWN = -1  # as of nav_msgs/OccupancyGrid
 PARAMETERS = ()
 
 
@@ -45,7 +44,8 @@ def wide_enough(message):
     if info.height <= info.width:
         return message
     cells = np.reshape(message.data, (info.height, info.width))
-    cells = np.pad(cells, ((0, 0), (0, info.height)), constant_values=UNKNOWN)  # behind the last column: no cell moves
+    # unknown ones, behind the last column: no cell moves
+    cells = np.pad(cells, ((0, 0), (0, info.height)), constant_values=-1)
     info.width += info.height
     return OccupancyGrid(message.header, info, cells.ravel().tolist())
 

@@ -65,8 +65,7 @@ class Relocalize:
         if others and not stays and first.share - others[0].share < CLEARER:
             return Outcome(Status.LOST, f"{Goal(*first.pose)} and {Goal(*others[0].pose)} look alike from here: {ASK}")
         self._tell(floor_map.frame, first.pose)
-        wait_for(lambda: not self._trouble, WAIT)
-        if self._trouble:
+        if not wait_for(lambda: not self._trouble, WAIT):
             return Outcome(Status.LOST, f"found {Goal(*first.pose)}, but {self._trouble}: {ASK}")
         elsewhere = max((other.share for other in others), default=0.0)
         room = "; it is where amcl had it, and the room has changed" if stays and elsewhere > first.share else ""

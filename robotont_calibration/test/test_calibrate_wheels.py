@@ -184,18 +184,6 @@ def test_a_real_robot(optiodom, tmp_path, capsys):
     assert places[0] < 0.7 * places[1]
 
 
-@pytest.mark.nightly
-def test_one_kind_of_drives_is_warned_of_and_stated_to_be_less_certain(optiodom, tmp_path, capsys):
-    """Squares alone leave the distance 0.6 % off what circles and squares give."""
-    status, written = calibrated(tmp_path, *optiodom.glob("square*"), wheel_params=OPTIODOM / "wheel_params.yaml")
-    assert status == 3
-    assert written
-    output, error = capsys.readouterr()
-    assert "the runs are of one kind" in error
-    change, deviation = re.search(r"wheelDistanceFromCenter +m .* ([-+][\d.]+)% +([\d.]+)%", output).groups()
-    assert abs(float(change) + 2.39) < 2 * float(deviation)
-
-
 def test_a_run_is_kept_when_its_user_quits_at_the_question(tmp_path, monkeypatch, capsys):
     robot = SimpleNamespace(_messages=[("serial_read", String("1:2:3;"), 1.0)], _with_truth=False)
     monkeypatch.setattr("builtins.input", unittest.mock.Mock(side_effect=KeyboardInterrupt))

@@ -1,26 +1,22 @@
 #!/usr/bin/env python3
 """recorder_node beside a stream of messages: ended by force, and by Ctrl-C."""
 
-import contextlib
 import os
 import signal
 import subprocess
 import threading
 import time
-from unittest import mock
 
 import rosbag
-import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from rospy.impl.tcpros_pubsub import TCPROSPub
-from std_msgs.msg import Bool, String
+from std_msgs.msg import String
 
 from robotont_operations.black_box_files import bags_of, runs_in
 from robotont_testing import places
 from robotont_testing.harness import wait_for
-from robotont_testing.node_test import ERROR, OK, WARN, NodeTest, twist
+from robotont_testing.node_test import NodeTest, twist
 
 
 class RecorderNodeTest(NodeTest):
@@ -78,45 +74,15 @@ class RecorderNodeTest(NodeTest):
         self.assertLess(packets[0], 5)
         self.assertGreater(self.sent[packets[-1]], killed - 1.2)  # a period, and the time that writing takes
 
-    def test_what_cannot_be_written_is_reported_and_the_next_is_recorded_to_the_last_at_ctrl_c(self):
-        """A message whose publisher says a type that is none, and then all, while there is no folder."""
+    def test_at_ctrl_c_the_last_message_is_recorded(self):
         self.record()
-        self.wait_for_status("recorder_node: black box", OK)
-        fields_of = TCPROSPub.get_header_fields
-        with mock.patch.object(TCPROSPub, "get_header_fields", lambda publisher: {
-                **fields_of(publisher),  # the recorder may still connect to others
-                **({"type": "nowhere/Kind", "message_definition": ""} if publisher.resolved_name == "/emergency_stop"
-                   else {})}):
-            strange = rospy.Publisher("emergency_stop", Bool, queue_size=1)
-            wait_for(strange.get_num_connections, "the recorder")
-        strange.publish(False)
-        self.wait_for_status("recorder_node: black box", WARN, "1 messages lost: of types that nobody explains")
-        strange.unregister()
-        run = runs_in(self.folder)[-1]
-        def blocked():
-            with contextlib.suppress(OSError):  # the recorder has just made it again
-                run.rename(self.folder / f"away_{time.time()}")
-                run.write_text("no folder")
-            return run.is_file()
-        wait_for(blocked, "no folder")
-        self.wait_for_status("recorder_node: black box", ERROR, "cannot write to")
-        run.unlink()
-        self.wait_for_status("recorder_node: black box", WARN, "messages lost: cannot write to")
+        wait_for(lambda: len(self.sent) > 10, "a stream")
         self.streaming = False
         wait_for(lambda: self.sent[-1] < time.time() - 0.1, "the end of the stream")
         self.assertEqual(self.processes.stop(self.recorder), 0)
         packets = self.packets()
         self.assertEqual(packets, list(range(packets[0], len(self.sent))))
         self.assertFalse([path for path in self.folder.rglob("*") if path.name.endswith(".writing")])
-
-    def test_a_folder_that_cannot_be_written_is_one_clear_line(self):
-        log = self.processes.folder / "wrong.log"
-        wrong = self.processes.start(places.program("robotont_operations", "recorder_node"), "__name:=wrong",
-                                     "_folder:=/proc/black_box", log=log)
-        wait_for(lambda: wrong.poll() is not None, "the end")
-        self.assertEqual(wrong.returncode, 1)
-        self.assertIn("cannot record", log.read_text())
-        self.assertNotIn("Traceback", log.read_text())
 
 
 if __name__ == "__main__":

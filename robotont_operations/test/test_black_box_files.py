@@ -4,13 +4,15 @@ import contextlib
 import os
 import shutil
 import subprocess
+from unittest import mock
 
 import pytest
 import rosbag
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 
-from robotont_operations import black_box_files
+from robotont_driver.ros.diagnostics import ERROR, OK, WARN
+from robotont_operations import black_box_files, recorder_node
 from robotont_operations.black_box_files import MOST_RUNS, BlackBox, Record, bags_of, merge, runs_in
 
 pytestmark = pytest.mark.skipif(not rosbag.bag.found_lz4, reason="no roslz4, which is compiled, for this Python")
@@ -124,13 +126,43 @@ def test_a_full_disk_makes_room_and_says_so(tmp_path, monkeypatch):
     assert len(messages(bags_of(box.folder))) == 3
 
 
-@pytest.mark.parametrize("deleted", ["the run", "all runs"])
-def test_a_folder_that_was_deleted_is_made_again(deleted, tmp_path):
+def test_a_folder_that_was_deleted_is_made_again(tmp_path):
     box = BlackBox(tmp_path / "black_box", keep=5.0)
     fill(box, range(3))
-    shutil.rmtree(str(box.folder if deleted == "the run" else tmp_path / "black_box"))
+    shutil.rmtree(str(tmp_path / "black_box"))
     fill(box, range(3, 20))
     assert [stamp for _, _, stamp in messages(bags_of(box.folder))] == [1000.0 + second for second in range(14, 20)]
+
+
+def test_the_recorder_tells_what_it_could_not_write_and_goes_on(tmp_path):
+    with mock.patch.multiple(recorder_node, rospy=mock.Mock(), Worker=mock.Mock(), Health=mock.Mock()):
+        node = recorder_node.RecorderNode({"folder": tmp_path, "topics": "serial_read", "keep": 60.0})
+
+        def written(one):
+            node._records = [one]
+            node._write()
+            return node._report()[:2]
+        assert written(record(0)) == (OK, "recording")
+        nobodys = {key: HEADER[key] for key in ("type", "md5sum")}
+        level, words = written(record(1)._replace(header=nobodys))
+        assert (level, words.startswith("1 messages lost: of types that nobody explains")) == (WARN, True)
+        run, = runs_in(tmp_path)
+        shutil.rmtree(str(run))
+        run.write_text("no folder")
+        level, words = written(record(2))
+        assert (level, words.startswith(f"cannot write to {run}: ")) == (ERROR, True)
+        run.unlink()
+        level, words = written(record(3))
+        assert (level, words.startswith("2 messages lost: cannot write to")) == (WARN, True)
+        assert [stamp for _, _, stamp in messages(bags_of(run))] == [1003.0]
+
+
+def test_a_folder_that_cannot_be_written_is_one_clear_line():
+    ros, parameters = mock.Mock(), {"folder": "/proc/black_box", "topics": "", "keep": 60.0}
+    with mock.patch.multiple(recorder_node, rospy=ros, run_without_wheels=lambda _, node, __: node(parameters)), \
+            pytest.raises(SystemExit):
+        recorder_node.main()
+    assert "cannot record: %s: set ~folder" in ros.logfatal.call_args[0][0]
 
 
 @contextlib.contextmanager

@@ -140,9 +140,6 @@ def doubts(found):
                      "both ways, turns on the spot and straight lines with an end of their own do")
     words += [f"{name} disagrees with the other runs and counts less; bumped, or measured wrongly?"
               for name in found.outlying]
-    if found.one_kind:
-        words.append("the runs are of one kind; on a real robot other drives have other parameters, by half a per cent "
-                     "and more: make curves, squares and turns on the spot")
     return words
 
 

@@ -10,9 +10,7 @@ from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 
 TURNING = math.radians(30)  # runs in which the heading changes by more than this determine the measured point
-SECOND = 50          # [packets] about a second, in which a turn belongs to a travel
 LONGEST_GAP = 5.0    # [s] between two packets of a run; all that the wheels turned within is missing
-KIND = 0.15          # drives whose shares of travel, turns and turns while they travel differ by less are of one kind
 ALIKE = 0.1          # runs whose wheels' paths differ by less than this part of them repeat the same drive
 
 
@@ -69,27 +67,11 @@ def tracked_run(name, times, counts, truth, seconds, deviation):
 
 def repeats(runs):
     """Lists of indices of runs that repeat the same drive: the same paths of the wheels, as shares of all."""
-    paths = [np.concatenate([run.counts.sum(axis=0), np.abs(run.counts).sum(axis=0)]) for run in runs]
-    return _alike([path / max(np.abs(run.counts).sum(), 1) for path, run in zip(paths, runs)], ALIKE)
-
-
-def kinds(wheels, runs):
-    """How many kinds of drives there are: ahead or aside, on the spot, along curves, or mixtures of these."""
-    found = []
-    for run in runs:
-        steps = steps_of(wheels, run.counts)
-        parts = np.array([part.sum(axis=0) for part in np.array_split(steps, max(1, len(steps) // SECOND))])
-        travel, turn = np.hypot(parts[:, 0], parts[:, 1]), np.abs(parts[:, 2]) * np.mean(wheels.distances)
-        kind = np.array((travel @ travel, turn @ turn, travel @ turn))
-        found.append(kind / max(kind[0] + kind[1], 1e-12))
-    return len(_alike(found, KIND))
-
-
-def _alike(vectors, nearness):
-    """Lists of indices of the vectors that are nearer than that to the first one of their list."""
+    paths = [np.concatenate([run.counts.sum(axis=0), np.abs(run.counts).sum(axis=0)])
+             / max(np.abs(run.counts).sum(), 1) for run in runs]
     groups = []
-    for index, vector in enumerate(vectors):
-        near = [group for group in groups if np.linalg.norm(vectors[group[0]] - vector) < nearness]
+    for index, path in enumerate(paths):
+        near = [group for group in groups if np.linalg.norm(paths[group[0]] - path) < ALIKE]
         if near:
             near[0].append(index)
         else:

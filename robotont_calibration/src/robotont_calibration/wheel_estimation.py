@@ -13,9 +13,8 @@ from typing import NamedTuple, Tuple
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from robotont_calibration.calibration_runs import kinds, repeats
+from robotont_calibration.calibration_runs import repeats
 from robotont_calibration.linear_runs import likely_noise, linear_runs
-from robotont_driver.kinematics.wheel_params import read_wheels
 
 DETERMINED = 0.3     # a parameter counts as determined when the runs leave less than this part of the tie
 PASSES = 6           # Gauss-Newton steps, each with the noise and the slip that are likeliest there
@@ -23,7 +22,6 @@ MOST_TIES = 3.0      # no parameter goes farther from its old value
 SLIP = 0.0005        # how much parameters differ from drive to drive, to begin with: a share, [rad]
 REPEATS = 8          # of a drive, from which on more add nothing about that
 SLIP_TIE = math.log(5.0)        # by what factor that may be off before the runs
-OTHER_KIND = 0.006   # the same from one kind of drive to another on a real robot, while the runs are all of one kind
 POINT_SLIP = 0.1     # [m] by which the point differs from drive to drive where lengths differ by their whole
 OUTLYING = 3.0       # a run with errors this many times as large as the noise explains loses weight
 
@@ -41,7 +39,6 @@ class Calibration(NamedTuple):
     measured: float             # together with so many times the stated deviation of the measurement
     slip: float                 # by how much parameters differ from drive to drive: a share of lengths, [rad]
     outlying: Tuple[str, ...]   # names of runs that lost weight
-    one_kind: bool              # whether the runs are of one kind, so that nothing shows how others differ
     unlikely: float             # minus twice the logarithm of the evidence: of two models the lower one is likelier
 
     @property
@@ -71,15 +68,12 @@ def calibrate(given, runs, free, wheel_noise, passes=PASSES):
         values = np.clip(values, -MOST_TIES * free.ties, MOST_TIES * free.ties)
         sizes = np.array([np.sqrt(np.mean((left + slopes @ (values - before)) ** 2)) for left, slopes, _ in whitened])
         weights = weights * np.minimum(1.0, (OUTLYING / np.maximum(sizes, 1e-9)) ** 2)
-    one_kind = kinds(read_wheels(free.parameters(values)), runs) < 2
-    if one_kind:
-        covariance = covariance + _own(free, max(slip, OTHER_KIND))
     deviations = np.sqrt(np.diag(covariance))
     undetermined = tuple(
         name for name, open_, tie in zip(free.names, deviations, free.ties) if open_ > DETERMINED * tie)
     outlying = tuple(run.name for run, weight in zip(runs, weights) if weight < 0.99)
     return Calibration(free.parameters(values), free.point(values), tuple(free.names), values, covariance,
-                       undetermined, *noise, slip, outlying, one_kind, unlikely)
+                       undetermined, *noise, slip, outlying, unlikely)
 
 
 class _Group(NamedTuple):

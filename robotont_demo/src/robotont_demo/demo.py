@@ -21,7 +21,7 @@ from robotont_demo.scenario import PERIOD, draw, errors_of, plan
 from robotont_driver.parameters.command_line import CommandLine
 from robotont_driver.robots.robot_folder import read_robot
 
-REST = 0.2         # [s] of standing that the odometry has to show
+STOPPING = 100     # poses of the odometry in which the robot comes to stand
 BAD_BYTES = 0.001  # share of the board's bytes that the line spoils
 
 
@@ -53,7 +53,6 @@ def run(options):
         recorder = Recorder()
         rospy.Publisher("simulator_node/byte_errors", Float32, queue_size=1, latch=True).publish(BAD_BYTES)
         drive(twists, recorder, wait_for)
-        recorder.end()
     odometry, truth = synchronise(recorder.trajectory("odometry"), recorder.trajectory("truth"))
     error = [values[-1] for values in errors_of(odometry, truth)]
     link = recorder.link
@@ -83,10 +82,8 @@ def drive(twists, recorder, wait_for):
             print(f"  {100 * number / len(twists):3.0f} %", flush=True)
         due += PERIOD
         time.sleep(max(0.0, due - time.monotonic()))
-    wait_for(lambda: command.publish(Twist()) or recorder.stands_since, "the robot to stop")
-    wait_for(lambda: recorder.stands_since and recorder.odometry[-1][0] > recorder.stands_since + REST,
-             "the last counts")
-    before = recorder.link
+    driven, before = len(recorder.odometry), recorder.link
+    wait_for(lambda: command.publish(Twist()) or len(recorder.odometry) > driven + STOPPING, "the last counts")
     wait_for(lambda: recorder.link is not before, "the newest diagnostics")
 
 

@@ -31,11 +31,6 @@ STATE_PERIOD, LEAST_PERIOD = 0.5, 0.01  # [s] of its state, and at least where s
 OLDEST = 2.0  # [s] a goal or a release that was sent longer ago is refused
 
 
-def refusal_of_age(what, age):
-    """Why a goal or a release that was sent `age` [s] ago is refused; empty when it is not."""
-    return "" if 0.0 <= age <= OLDEST else f"{what} refused: it may be {age:.1f} s old, allowed: {OLDEST:g} s"
-
-
 class FleetNode:
     """The zenoh side of one robot."""
 
@@ -134,8 +129,9 @@ class FleetNode:
         elif kind == "cancel":
             self._robot.cancel()
         elif order["id"] == self._identity:
-            age = refusal_of_age(kind, (_milliseconds() - order["seen"]) / 1000)
-            self._refuse(age or (self._pursue(order) if kind == "goal" else self._release(order["number"])))
+            age = (_milliseconds() - order["seen"]) / 1000  # [s]
+            late = "" if 0.0 <= age <= OLDEST else f"{kind} refused: it may be {age:.1f} s old, allowed: {OLDEST:g} s"
+            self._refuse(late or (self._pursue(order) if kind == "goal" else self._release(order["number"])))
 
     def _stop(self, number):
         """Press the emergency stop, and again where somebody has released it; what is pressed already is confirmed."""

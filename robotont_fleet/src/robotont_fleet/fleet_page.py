@@ -88,11 +88,8 @@ def page_files():
 
 
 def zenoh_settings(options):
-    """For the router. Raises SetUpError where the network would stand open."""
-    try:
-        users = read_users(users_file())
-    except (OSError, ValueError) as error:
-        raise SetUpError(str(error)) from None
+    """For the router. Raises SetUpError where the network would stand open; ValueError, OSError."""
+    users = read_users(users_file())
     host = "0.0.0.0" if options.network else "127.0.0.1"
     if options.network and not users:
         raise SetUpError("--network: no robot has a password: ./robotont fleet --add ROBOT ... makes them")
@@ -207,10 +204,7 @@ def main():
             raise SetUpError(ABSENT)
         with open_session(zenoh_settings(options)) as session:
             asyncio.run(serve(options, session))
-    except (SetUpError, OSError, ValueError) as error:
+    except (SetUpError, OSError, ValueError, getattr(zenoh, "ZError", OSError)) as error:
         print(f"fleet: {error}", file=sys.stderr)
-        return 1
-    except getattr(zenoh, "ZError", ()) as error:
-        print(f"fleet: zenoh: {error}", file=sys.stderr)
         return 1
     return 0

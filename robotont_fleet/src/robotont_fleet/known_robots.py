@@ -9,7 +9,6 @@ import secrets
 
 from robotont_driver.robots.battery import EMPTY, LOW
 
-MOST = 300            # robots that are remembered, those that went first forgotten first
 REPEAT = 0.2          # [s] between two times that a stop is sent
 FRESH = 1.5           # [s] after which a robot's word that it stands counts no more
 SILENT = 5.0          # [s] a robot that is connected says nothing
@@ -53,10 +52,6 @@ class Fleet:
             self._robots[name][identity].present = False
             if self._present(name):
                 del self._robots[name][identity]
-        if len(self._robots) > MOST:
-            gone = [one for one in self._each() if not one.present]
-            for one in sorted(gone, key=lambda one: one.heard)[:len(self._robots) - MOST]:
-                del self._robots[one.name]
 
     def _come(self, name, identity, now):
         alike, known = self._robots.get(name, {}), name in self._robots

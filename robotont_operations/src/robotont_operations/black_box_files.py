@@ -21,7 +21,6 @@ import rosbag
 
 from robotont_driver.parameters.files import flush_folder
 
-UNFINISHED = ".writing"
 SIZE = 64_000_000      # [bytes] of all runs together
 RUN_SIZE = 15_000_000  # [bytes] of one, and a file: four fit
 MOST_RUNS = 50         # however short
@@ -72,7 +71,7 @@ class BlackBox:
             return 0
         self._number += 1
         path = self.folder / f"{self._number:06d}.bag"
-        unfinished = Path(str(path) + UNFINISHED)
+        unfinished = Path(f"{path}.writing")
         try:
             if not self.folder.exists():
                 self.folder.mkdir(parents=True)

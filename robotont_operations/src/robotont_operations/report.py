@@ -217,7 +217,5 @@ def main():
             return 1
     for note in report.notes:
         print("without", note.encode("utf-8", "backslashreplace").decode())
-    size = os.path.getsize(output) / 1e6
-    size = f"{size:.1f} MB" if size >= 0.1 else f"{1000 * size:.0f} kB"
-    print(f"{output}: {size}; look into it before you hand it on: tar tzf {output}")
+    print(f"{output}: {os.path.getsize(output) / 1000:.0f} kB; look into it before you hand it on: tar tzf {output}")
     return 0

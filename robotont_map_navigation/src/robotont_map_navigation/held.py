@@ -13,6 +13,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float32, Header, String
 
 from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
+from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.hold_watch import STAND, HoldWatch
 from robotont_map_navigation.readings import needed_radius
 
@@ -23,6 +24,7 @@ FELT = (0.0, 0.05), (0.06, 0.15)
 # [rad] from the direction of travel, where it may be: so little that a camera at the front sees past it, or no scan
 # would ever clear it
 FRONT = -0.1, 0.0, 0.1
+PERIOD = 1.0  # [s] between two clouds: a costmap counts the age of what is felt up to the newest one, and forgets then
 
 
 class Held:
@@ -48,6 +50,7 @@ class Held:
                                       ("cmd_vel/driven_by", String, self._on_driver),
                                       ("move_base/current_goal", PoseStamped, lambda _: self._tell(""))):  # tries anew
             rospy.Subscriber(topic, kind, callback, queue_size=1, tcp_nodelay=True)
+        Worker(self._tell_nothing)
         Health(robot_name(), {"motion": self._report})
 
     def _on_driver(self, message):
@@ -78,6 +81,13 @@ class Held:
         bearing, edge = math.atan2(ahead[1], ahead[0]), self._edge
         points = [((edge + off) * math.cos(bearing + side), (edge + off) * math.sin(bearing + side), height)
                   for off, height in FELT for side in FRONT if any(ahead[:2])]
+        self._tell_points(points)
+
+    def _tell_nothing(self):
+        self._tell_points([])
+        return PERIOD
+
+    def _tell_points(self, points):
         self._felt.publish(point_cloud2.create_cloud_xyz32(Header(0, rospy.Time.now(), self._frame), points))
 
     def _tell(self, words):

@@ -27,8 +27,11 @@ PARAMETERS = (
 )
 CORNERS = 0.5 * np.array([(-1, 1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)], float)
 OPTICAL = np.array([(0, 0, 1), (-1, 0, 0), (0, -1, 0)], float)  # axes of the lens in camera_link
-UNTIL = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 30, 0.01)  # iterations, [pixels]
 ENLARGED = 2  # times, before tags are looked for: small ones are read at half the size
+CELL, SHEET = 8, 4  # [pixels] of a cell, and of white around, in the pictures of tags that are laid over what is seen
+IN_PICTURE = (SHEET - 0.5 + 9 * CELL * np.array([(0, 0), (1, 0), (1, 1), (0, 1)])).astype(np.float32)  # its corners
+BLUR = 3  # [pixels] so wide are both smoothed
+UNTIL = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 20, 1e-4)  # iterations, change of the correlation
 
 
 class Detector:
@@ -37,6 +40,9 @@ class Detector:
     def __init__(self, numbers, size):
         codes = [np.array([[cell == "w" for cell in row[2:7]] for row in tag(number)[2:7]], np.uint8)
                  for number in range(numbers + 1)]
+        self._pictures = [np.pad(np.kron([[255 * (cell == "w") for cell in row] for row in tag(number)],
+                                         np.ones((CELL, CELL))), SHEET, constant_values=255).astype(np.uint8)
+                          for number in range(numbers + 1)]
         self._corners = CORNERS * size
         aruco = cv2.aruco
         new = hasattr(aruco, "ArucoDetector")  # since OpenCV 4.7
@@ -58,21 +64,32 @@ class Detector:
 
     def find(self, grey, matrix):
         """{number: (rotation vector [rad], place [m])} of the tags, seen from the lens with a 3 x 3 camera `matrix`."""
-        grey = cv2.resize(grey, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_CUBIC)
-        corners, numbers, _ = self._find(grey)
+        enlarged = cv2.resize(grey, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_CUBIC)
+        corners, numbers, _ = self._find(enlarged)
         found = {}
         seen = zip([] if numbers is None else numbers.ravel().tolist(), corners)
         for number, corner in sorted(seen, key=lambda one: np.ptp(one[1])):  # the outermost edge of several wins
-            # to parts of a pixel, within less than the white border of one cell of nine
-            window = max(1, int(0.8 / 9 * np.ptp(corner, axis=1).min()))
-            cv2.cornerSubPix(grey, corner, (window, window), (-1, -1), UNTIL)
-            places = (corner.reshape(4, 2) + 0.5) / ENLARGED - 0.5
-            good, rotation, place = cv2.solvePnP(self._corners, places, matrix, None, flags=cv2.SOLVEPNP_IPPE_SQUARE)
-            if not np.isfinite(place).all():  # straight ahead; it takes the other's as its beginning
-                good, rotation, place = cv2.solvePnP(self._corners, places, matrix, None)
+            places = self._aligned(number, grey, (corner.reshape(4, 2) + 0.5) / ENLARGED - 0.5)
+            good, rotation, place = cv2.solvePnP(self._corners, places, matrix, None)
             if good:
                 found[number] = rotation.ravel(), place.ravel()
         return found
+
+    def _aligned(self, number, grey, places):
+        """The corners at `places`, 4 x 2 [pixels], to parts of a pixel: as all edges of the tag together fit best.
+
+        Method: G. Evangelidis and E. Psarakis, Parametric image alignment using enhanced correlation coefficient
+        maximization, IEEE PAMI 30 (2008).
+        """
+        start = np.maximum(places.min(axis=0) - 0.2 * np.ptp(places), 0).astype(int)
+        (left, top), (right, bottom) = start, (places.max(axis=0) + 0.2 * np.ptp(places)).astype(int)
+        warp = cv2.getPerspectiveTransform(IN_PICTURE, (places - start).astype(np.float32)).astype(np.float32)
+        try:
+            _, warp = cv2.findTransformECC(self._pictures[number], grey[top:bottom, left:right], warp,
+                                           cv2.MOTION_HOMOGRAPHY, UNTIL, None, BLUR)
+        except cv2.error:  # it finds no better ones
+            return places
+        return cv2.perspectiveTransform(IN_PICTURE[None], warp)[0] + start.astype(float)
 
 
 class TagsNode:

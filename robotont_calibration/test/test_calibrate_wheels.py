@@ -23,7 +23,7 @@ from robotont_calibration.recordings import Recording, read_recording
 from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_testing.robots import SHIPPED, WHEEL_PARAMS
+from robotont_testing.robots import SHIPPED, UNEVEN_4, WHEEL_PARAMS
 from robotont_testing.simulated_wheels import PERIOD
 
 OPTIODOM = Path(__file__).parent / "data" / "optiodom"  # an excerpt: drives of a real robot
@@ -204,6 +204,39 @@ def test_the_robot_that_is_driven_is_the_one_whose_packets_are_recorded(monkeypa
     for packets in ("/robot2/serial_read", "serial_read", "/serial_read"):
         calibration_guide._Robot(SimpleNamespace(packets=packets, truth=None), read_wheels(SHIPPED))
     assert topics == ["/robot2/cmd_vel", "/robot1/cmd_vel", "/cmd_vel"]
+    monkeypatch.setattr(calibration_guide, "get_topic_class", lambda _: (None, None, None))
+    with pytest.raises(ValueError, match="found no topic nowhere; is its node running?"):
+        calibration_guide._Robot(SimpleNamespace(packets="serial_read", truth="nowhere"), read_wheels(SHIPPED))
+
+
+def test_the_end_of_the_input_is_told(monkeypatch, capsys):
+    monkeypatch.setattr(calibration_guide, "guide", unittest.mock.Mock(side_effect=EOFError))
+    assert main(["--guide", "runs", "--wheel-params", str(WHEEL_PARAMS), "-o", "/nowhere/new.yaml"]) == 1
+    assert "found the end of the input, allowed: an answer" in capsys.readouterr().err
+
+
+def test_where_it_stands_is_asked_until_the_answer_is_a_place(monkeypatch, capsys):
+    answers = iter(["0 0 ninety", "0.03, -0.05 2"])
+    monkeypatch.setattr("builtins.input", lambda _: next(answers))
+    assert calibration_guide.ask_for_end() == "0.03,-0.05,2"
+    assert "found '0 0 ninety', allowed: X,Y,YAW" in capsys.readouterr().out
+
+
+def test_a_guide_that_cannot_begin_says_why_and_moves_nothing(tmp_path, monkeypatch):
+    options = SimpleNamespace(guide=str(tmp_path), side=1.0, turns=1.0, line=1.0, packets="/elsewhere/serial_read",
+                              truth=None, wheel_params="mine.yaml")
+    for name in ("Publisher", "Subscriber", "get_param"):
+        monkeypatch.setattr(rospy, name, unittest.mock.Mock(return_value="thesis"))
+    monkeypatch.setattr(calibration_guide, "init_tool", lambda _: None)
+    monkeypatch.setattr(calibration_guide, "CONNECTING", 0.01)
+    with pytest.raises(ValueError, match="for packets on /elsewhere/serial_read; is the robot running?"):
+        calibration_guide.guide(options, read_wheels(SHIPPED))
+    robot = unittest.mock.Mock(namespace="/elsewhere/")
+    monkeypatch.setattr(calibration_guide, "_Robot", lambda *_: robot)
+    monkeypatch.setattr(calibration_guide, "running_wheels", lambda _: read_wheels(UNEVEN_4))
+    with pytest.raises(ValueError, match=r"mine.yaml: found other wheels .*--wheel-params .*thesis/wheel_params.yaml"):
+        calibration_guide.guide(options, read_wheels(SHIPPED))
+    robot.record.assert_not_called()
 
 
 def test_a_second_session_in_a_folder_keeps_the_runs_of_the_first(tmp_path, monkeypatch, capsys):

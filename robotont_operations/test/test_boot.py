@@ -21,15 +21,7 @@ from robotont_testing.stand_in_board import Board
 REPOSITORY = Path(__file__).resolve().parents[2]
 WORKSPACE = places.program("robotont_bringup", "require").parents[3]  # with the source, development or install space
 BOOT = """[Unit]
-Wants=systemd-journald.service systemd-sysusers.service robotont-watch.service {units}
-"""
-WATCH = """[Unit]
-After=robotont-master.service
-[Service]
-EnvironmentFile=/etc/robotont/environment
-Environment=ROS_HOME=/tmp
-ExecStart=/usr/bin/env python3 -c "import rospy, time; from nav_msgs.msg import Odometry; rospy.init_node('watch'); \\
-    rospy.wait_for_message('odom', Odometry); open('/shared/odom', 'w').write(str(time.time()))"
+Wants=systemd-journald.service systemd-sysusers.service {units}
 """
 MASTER, DRIVER, RECORDER = r"/rosmaster\0", r"/serial_com_node\0", r"/recorder_node\0"  # in their command lines
 CGROUPS = ("/sys/fs/cgroup/unified", "/sys/fs/cgroup")
@@ -56,13 +48,14 @@ class BootedRobot:
                                "timeout", "60", *command], env={**os.environ, "ROS_MASTER_URI": "http://127.0.0.1:11311"},
                               check=False, text=True, stdout=subprocess.PIPE).stdout
 
-    def recorded_odometry(self, since):
-        """Whether a file of the black box holds odometry of after a time [s]."""
+    def recorded_odometry(self, since=0.0):
+        """Times [s] of odometry of after a time in a file of the black box, the newest that has any."""
         newest = runs_in(self.shared / "black_box")[-1:]  # none until the recorder has started
         for path in (path for run in newest for path in reversed(bags_of(run))):
             with contextlib.suppress(OSError), rosbag.Bag(str(path)) as bag:  # OSError: it has just been deleted
-                return any(stamp.to_sec() > since for _, _, stamp in bag.read_messages("/odom", raw=True))
-        return False
+                times = [stamp.to_sec() for _, _, stamp in bag.read_messages("/odom", raw=True)]
+                return [at for at in times if at > since]
+        return []
 
     def journal(self):
         return subprocess.run(["journalctl", "-D", str(self.shared / "journal"), "--no-pager", "-o", "short-monotonic",
@@ -87,7 +80,6 @@ def robot(tmp_path_factory):
         "ROBOTONT_PORT=/shared/board\nROBOTONT_ARGUMENTS=\n"
         "ROBOTONT_RECORDER_ARGUMENTS=folder:=/shared/black_box\n")
     (tree / "etc/systemd/system/boot.target").write_text(BOOT.format(units=" ".join(UNITS)))
-    (tree / "etc/systemd/system/robotont-watch.service").write_text(WATCH)
     machine = tmp_path / "machine"
     shared = machine / "shared"
     shared.mkdir(parents=True)
@@ -124,22 +116,15 @@ def come(robot, condition, what):
 
 @pytest.mark.nightly
 def test_boot_without_network_to_the_first_odometry(robot):
-    odom, booted = robot.shared / "odom", robot.shared / "booted"
-    come(robot, lambda: odom.exists() and odom.read_text(), "odometry")
-    seconds = float(odom.read_text()) - float(booted.read_text())
-    bags = come(robot, lambda: [bag for run in runs_in(robot.shared / "black_box") for bag in bags_of(run)],
-                "a file of the black box")
-    with rosbag.Bag(str(bags[0])) as bag:
-        assert bag.get_message_count() > 0
-    assert os.stat(f"/proc/{robot.process(DRIVER)}").st_uid != 0
-    assert seconds <= 10.0, robot.journal()
+    first = come(robot, robot.recorded_odometry, "odometry")[0]
+    assert first - float((robot.shared / "booted").read_text()) <= 10.0, robot.journal()
 
 
 @pytest.mark.parametrize("victim, number", [(MASTER, signal.SIGTERM), (r"roslaunch\0.*robot\.launch", signal.SIGKILL)])
 def test_a_service_that_is_killed_comes_back_with_those_that_need_it(robot, victim, number):
     """Odometry, and a black box that records it, as the master of now knows them."""
     lost = (MASTER, DRIVER, RECORDER) if victim == MASTER else (DRIVER,)
-    come(robot, lambda: robot.recorded_odometry(0.0), "a black box with odometry")
+    come(robot, lambda: robot.recorded_odometry(), "a black box with odometry")
     before = {words: robot.process(words) for words in (MASTER, DRIVER, RECORDER)}
     assert all(before.values()), before
     assert os.stat(f"/proc/{before[DRIVER]}").st_uid != 0

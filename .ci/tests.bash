@@ -49,7 +49,7 @@ run_tests() {
 # What takes too long for every run: the fleet and the page's delays at length, and what is marked nightly. What each day
 # brought stays in nightly/.
 test_nightly() {
-    local files=(robotont_fleet/test/test_fleet.py robotont_teleop/test/long_web_teleop_delay.test) log status=0
+    local files=(robotont_fleet/test/test_fleet.py robotont_teleop/test/test_web_page_stops.py) log status=0
     local pytest=("$WORK/tools/bin/python" -m pytest -s)
     log=$WORK/nightly/$(date +%F).log
     mkdir -p "$WORK/nightly"

@@ -197,15 +197,6 @@ class KeyboardTeleopTest(NodeTest):
         wait_for(lambda: stops[-1].data, "the stop")
         self.release(stops)
 
-    def test_keys_that_are_typed_while_it_starts_drive_nothing(self):
-        terminal = Terminal(f"_first_hold:={HOLD}")
-        self.addCleanup(terminal.end)
-        terminal.type("w")
-        self.ready(terminal)
-        time.sleep(0.5)  # nothing happens
-        self.assertFalse([one for one in self.hand if one != STOP])
-        self.moves(terminal)
-
     def test_behind_ctrl_z_and_fg_the_stop_needs_no_enter(self):
         stops = self.listen("emergency_stop/pressed_by", String, publishers=1)
         with suspended(self.terminal.process.pid):
@@ -224,7 +215,7 @@ class KeyboardTeleopTest(NodeTest):
             self.terminal.type("w")
             self.newest_is(STOP, "the stop")
 
-    def test_its_end_stops_the_robot(self):
+    def test_keys_that_are_typed_while_it_starts_drive_nothing_and_its_end_stops_the_robot(self):
         commands = self.listen("cmd_vel", Twist)
         ends = (("Ctrl-C", lambda terminal: terminal.type("\x03")),
                 ("Esc", lambda terminal: terminal.type("\x1b")),
@@ -234,9 +225,13 @@ class KeyboardTeleopTest(NodeTest):
         terminals = [Terminal(f"_first_hold:={HOLD}") for _ in ends]  # they start side by side
         for terminal in terminals:
             self.addCleanup(terminal.end)
+            terminal.type("w")
         self.listen("cmd_vel/hand", Twist, publishers=len(terminals) + 1)  # theirs too, before a key goes down
-        for terminal, (what, act) in zip(terminals, ends):
+        for terminal in terminals:
             self.ready(terminal)
+        time.sleep(0.5)  # nothing happens
+        self.assertFalse([one for one in self.hand if one != STOP])
+        for terminal, (what, act) in zip(terminals, ends):
             pressed = self.moves(terminal)
             wait_for(lambda: commands and commands[-1].linear.x > 0, "motion")
             act(terminal)

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from sensor_msgs.msg import LaserScan, Range
-from web_pages import room
+from web_client import room
 
 from robotont_teleop.hand.sensor_view import reading_of
 from robotont_teleop.web.page_pictures import SECTORS, map_picture, nearest, thinned_scan

@@ -2,7 +2,6 @@
 
 import contextlib
 
-import pytest
 from page_client import LIGHTS, LINK, WHEELS, choose_language, drives, open_page, press_mouse, report
 from web_client import TOKEN
 
@@ -49,12 +48,11 @@ def test_whatever_may_swallow_the_end_of_a_key_stops(page, served):
     drive_by_key(page, served)
 
 
-@pytest.mark.parametrize("answer", ["Promise.reject(new TypeError('cut'))",
-                                    "new Promise((_, no) => how.signal.addEventListener('abort', no))"])
-def test_stop_needs_no_words(browser, served, answer):
-    """Their file is lost, or hangs, on the way: a person who sees none can stop; they come when the way is free."""
-    page = open_page(browser, served, script=f"const real = fetch; let free = false; window.fetch = (file, how) => "
-                     f"free || !file.endsWith('texts.json') ? real(file, how) : {answer};")
+def test_stop_needs_no_words(browser, served):
+    """Their file hangs on the way: a person who sees none can stop; they come when the way is free."""
+    page = open_page(browser, served, script="const real = fetch; let free = false; window.fetch = (file, how) => "
+                     "free || !file.endsWith('texts.json') ? real(file, how) : "
+                     "new Promise((_, no) => how.signal.addEventListener('abort', no));")
     page.tap("#stop")
     wait_for(lambda: served.robot.stopped, "STOP")
     assert not page.run("$('stop').ariaLabel")
@@ -241,17 +239,25 @@ def test_a_page_that_was_overtaken_is_told(page, served):
     page.wait("$('message').textContent === 'Another page has taken over'", "the words")
 
 
-def test_what_is_old_is_not_shown_as_if_it_were_of_now(browser, served):
+def test_a_stall_shows_nothing_old_and_a_stop_that_it_swallows_goes_out_on_the_next_connection(browser, served):
     report(served, given={"velocity": [0.2, 0.0, 0.1]}, board="this one",
            battery={"voltage": 12.0, "charge": 0.9})
     proxy = StallingProxy(served.port)
-    page = open_page(browser, proxy)
+    page = open_page(browser, proxy, script="window.sockets = 0; window.WebSocket = class extends WebSocket {"
+                     "constructor(...given) { super(...given); window.sockets += 1; }};")
     page.wait("$('speed').textContent === '0.20' && $('turning').textContent === '0.10'", "numbers")
     proxy.stall()
     page.wait("['speed', 'turning'].every((id) => $(id).textContent === '–')", "no numbers")
     assert not page.run("new Promise((done) => setTimeout(() => done($('view').classList.contains('live')), 300))")
     assert not page.run("new Promise((done) => setTimeout(() => done($('view').classList.contains('live')), 250))")
+    page.tap("#stop")
+    page.wait("$('stop_waits').offsetWidth === innerWidth", "a bar over the whole width")
+    assert not served.robot.stopped
+    page.wait("window.sockets > 1", "a new connection instead of the dead one")
+    proxy.cut()
     proxy.flow()
+    wait_for(lambda: served.robot.stopped, "the stop")
+    page.wait("$('stop_waits').hidden && !$('stopped').hidden", "words about the stop")
     page.wait("$('speed').textContent === '0.20'", "numbers")
     page.wait("$('summary').textContent === 'All is well (1)'", "the robot's health, which comes by itself")
     assert page.text("#charge") == "90 %"

@@ -118,7 +118,7 @@ def test_too_many_connections_of_those_who_may_come(served):
 
 
 def test_too_many_pages(served):
-    pages = [served.ready_page() for _ in range(MAX_PAGES)]
+    pages = [served.page() for _ in range(MAX_PAGES)]
     with pytest.raises(HTTPClientError, match="503"):
         served.page()
     pages[0].close()

@@ -5,6 +5,7 @@ import json
 import time
 from types import SimpleNamespace
 
+from nav_msgs.msg import MapMetaData, OccupancyGrid
 from tornado.httpclient import HTTPRequest
 from tornado.websocket import websocket_connect
 
@@ -151,6 +152,13 @@ class OpenPage:
 
     def order(self, kind, time=None, **fields):
         self.send({"kind": kind, "time": self.time if time is None else time, **fields})
+
+
+def room(x=0.0, **info):
+    """An empty map whose corner is at x [m]."""
+    grid = OccupancyGrid(info=MapMetaData(**{"resolution": 0.5, "width": 12, "height": 12, **info}), data=[0] * 144)
+    grid.info.origin.position.x, grid.info.origin.orientation.w = x, 1.0
+    return grid
 
 
 def _refuse_constant(name):

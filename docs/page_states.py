@@ -1,4 +1,4 @@
-"""Twelve states of a robot, as its page shows them: for the pictures of docs and for the tests of how it looks."""
+"""Twelve states of a robot, as its page shows them: for draw_teleop_pictures.py."""
 
 import io
 import math

@@ -188,4 +188,6 @@ def main():
             status |= level == FAULT
     except KeyboardInterrupt:
         status = 130
+    except BrokenPipeError:  # | head
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     sys.exit(status)

@@ -175,12 +175,6 @@ def kept(topic, raw):
     return None
 
 
-def pack(folder, output):
-    """Write the folder as a compressed archive that only its owner may read."""
-    with new_file(output, 0o600) as file, tarfile.open(fileobj=file, mode="w:gz") as archive:
-        archive.add(str(folder), arcname=Path(output).name.partition(".tar")[0])
-
-
 def parse_arguments():
     """Options of the command line."""
     folder = next(parameter.default for parameter in recorder_node.PARAMETERS if parameter.name == "folder")
@@ -210,7 +204,8 @@ def main():
                 report.notes.append(f"the rest of {part.__name__}: {type(error).__name__}")
         report.text("notes.txt", "".join(note + "\n" for note in report.notes) or "nothing is missing\n")
         try:
-            pack(folder, output)
+            with new_file(output, 0o600) as file, tarfile.open(fileobj=file, mode="w:gz") as archive:  # for its owner
+                archive.add(folder, arcname=Path(output).name.partition(".tar")[0])
         except OSError as error:
             print(f"report: {output}: {error.strerror or error}: --output FILE.tar.gz where there is room",
                   file=sys.stderr)

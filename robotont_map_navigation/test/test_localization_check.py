@@ -1,0 +1,182 @@
+"""What navigation_monitor says of scans, and of the room that it makes at walls; without a master and its time."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from navigation_messages import Bus, grid, transform, walled
+from sensor_msgs.msg import LaserScan
+
+from robotont_map_navigation import localization_check, map_clearing
+from robotont_map_navigation.navigation_monitor import wide_enough
+from robotont_map_navigation.readings import floor_map_of, place_of
+from robotont_testing.node_test import ERROR, OK, WARN, twist
+
+ANGLES = np.linspace(-math.pi, math.pi, 90, endpoint=False)
+COS, SIN = np.cos(ANGLES + 0.3), np.sin(ANGLES + 0.3)
+ALL = np.minimum(np.where(COS > 0, 2.5, -3.5) / COS, np.where(SIN > 0, 1.0, -1.0) / SIN)  # [m] what the sensor sees
+HALF = np.where(np.arange(90) < 50, ALL, 0.4)  # beside something that the map lacks
+GONE = np.where(np.arange(90) < 66, ALL, ALL + 1.0)  # a wall of the map is gone: its rays end a metre behind it
+RIGHT = 0.5, 0.0, 0.3
+WELL = OK, "the map explains 100% of the scan's rays"
+FILLS = WARN, "the others end before its walls: something that the map lacks fills the view"
+WRONG = ERROR, "of driving: a map of another place, or a wrong pose"
+
+
+class Monitor(Bus):
+    """In a room of 6 m x 2 m around the origin; the sensor really is at RIGHT. tf: its place, and the odometry's."""
+
+    base, odometry = "base_link", "odom"
+
+    def __init__(self, monkeypatch):
+        super().__init__(monkeypatch)
+        self.now, self.places = 100.0, {}
+        monkeypatch.setattr(time, "monotonic", lambda: self.now)
+        for name in ("Worker", "Health", "robot_name"):
+            monkeypatch.setattr(localization_check, name, lambda *_: None)
+        monkeypatch.setattr(map_clearing, "Worker", lambda _: None)
+        self.check = localization_check.LocalizationCheck(self)
+        self.check.take_map(floor_map_of(grid(walled(42, 122), -3.05, -1.05)))
+
+    def look_up(self, _frame, child, *_):
+        return self.places.get(child)
+
+    def robot_in(self, _frame):
+        return place_of(self.look_up("map", self.base))
+
+    def stand(self, x, y, yaw, odometry=0.0):
+        """Where the localization has the robot; the odometry has begun at x = `odometry` [m]."""
+        here = transform("", x, y, yaw).transform
+        self.places = {"laser": here, "base_link": here, "odom": transform("", odometry, 0.0).transform}
+
+    def look(self, ranges=ALL, seconds=4.0):
+        """(level, words) of the diagnostics after a while."""
+        for _ in range(round(seconds / localization_check.LOOK_PERIOD)):
+            self.now += localization_check.LOOK_PERIOD
+            if ranges is not None:
+                scan = LaserScan(angle_min=-math.pi, angle_increment=2 * math.pi / 90, range_min=0.1, range_max=8.0,
+                                 ranges=ranges)
+                scan.header.frame_id = "laser"
+                self.hear("scan", scan)
+            self.check._look()
+        return self.check._report[:2]
+
+    def drive(self, ranges, way, x=RIGHT[0]):
+        """The same after `way` [m] to and fro around a place."""
+        for number in range(round(way / 0.3)):
+            self.stand(x + (0.15 if number % 2 else -0.15), 0.0, 0.3)
+            found = self.look(ranges, 0.5)
+        return found
+
+    @property
+    def trouble(self):
+        """What goto is told."""
+        return self.sent["localization/trouble"][-1]
+
+
+@pytest.fixture
+def monitor(monkeypatch):
+    monitor = Monitor(monkeypatch)
+    monitor.stand(*RIGHT)
+    return monitor
+
+
+def says(found, expected):
+    assert found[0] == expected[0], found
+    assert expected[1] in found[1]
+
+
+@pytest.mark.parametrize("ranges, expected", [
+    (ALL, WELL), (HALF, FILLS), (np.minimum(ALL, 0.4), (WARN, "the map explains 0% of the scan's rays, the others")),
+    (GONE, (WARN, "go through its walls: the room has changed, or the pose is wrong")),
+    (np.full(90, math.nan), (OK, "nothing to compare")), (None, (WARN, "no scan for 4 s: does its sensor run?"))])
+def test_what_is_seen_from_a_right_pose_is_no_trouble(monitor, ranges, expected):
+    says(monitor.look(ranges), expected)
+    assert monitor.trouble == ""
+
+
+def test_what_the_map_lacks_is_no_fault_until_the_robot_has_driven_with_it_for_long(monitor):
+    says(monitor.drive(GONE, 2.1), (WARN, "the room has changed"))
+    monitor.stand(*RIGHT)
+    near = np.minimum(ALL, 0.4)
+    monitor.look(near)
+    monitor.stand(-0.7, 0.0, 0.3)
+    says(monitor.look(near), (WARN, "the others end before its walls"))
+    assert monitor.trouble == ""
+    monitor.stand(-1.2, 0.0, 0.3)
+    says(monitor.look(near), WRONG)
+    assert WRONG[1] in monitor.trouble
+
+
+def test_a_wrong_pose_cancels_what_drives_until_a_person_has_set_it(monitor):
+    monitor.hear("cmd_vel", twist(0.2))
+    monitor.look()
+    monitor.stand(-1.5, 0.0, 1.2)
+    says(monitor.look(), WRONG)
+    monitor.hear("cmd_vel", twist())
+    assert monitor.sent["move_base/cancel"] == []
+    monitor.hear("cmd_vel", twist(0.2))
+    assert len(monitor.sent["move_base/cancel"]) == 1
+    monitor.hear("initialpose", PoseWithCovarianceStamped())
+    monitor.stand(*RIGHT, odometry=2.0)
+    says(monitor.look(), WELL)
+    assert monitor.trouble == ""
+
+
+@pytest.mark.parametrize("place, words", [
+    ((0.5, -1.02, 3.0), "the pose (0.50, -1.02) is in a wall of the map"),
+    ((50.0, 0.0, 0.0), "the pose (50.00, 0.00) is off the map, which is 6.1 m x 2.1 m large")])
+def test_a_pose_where_no_robot_can_be_is_wrong(monitor, place, words):
+    monitor.stand(*place)
+    says(monitor.look(), (ERROR, words))
+    assert monitor.trouble == words
+
+
+def test_a_pose_that_slides_away_is_wrong_even_when_it_fits_then(monitor):
+    says(monitor.look(HALF), FILLS)
+    monitor.stand(1.6, 0.0, 0.3, odometry=1.1)
+    slid = ERROR, "the localization has moved the pose by 1.1 m"
+    says(monitor.look(HALF), slid)
+    says(monitor.look(), slid)
+    assert monitor.check._report[1].startswith("the map explains 76%")
+
+
+def test_transforms_that_are_late_for_a_moment_are_no_fault(monitor):
+    says(monitor.look(), WELL)
+    monitor.places.clear()
+    says(monitor.look(seconds=3.0), WELL)
+    says(monitor.look(seconds=1.0), (WARN, "the scan cannot be laid on the map"))
+
+
+def test_updates_of_the_map_wait_until_all_have_one_of_another_size(monitor):
+    clearing = map_clearing.FootprintClearing(monitor)
+
+    def updates(cells, seconds):
+        """How many have come within a time after a map."""
+        monitor.sent.clear()
+        clearing.take_map(floor_map_of(grid(cells, -1.0, -1.0)))
+        for _ in range(round(10 * seconds)):
+            monitor.now += clearing._look()
+        return len(monitor.sent["map_for_planning_updates"])
+    monitor.stand(-0.88, 0.5, 0.0)
+    assert updates(walled(60, 80), 1.9) == 0
+    assert updates(walled(60, 80), 1.5) > 0
+    assert updates(walled(50, 70), 1.9) == 0
+    monitor.now += 0.2
+    clearing._look()
+    newest = monitor.sent["map_for_planning_updates"][-1]
+    assert (newest.header.frame_id, newest.x) == ("map", 0)
+    assert 0 in newest.data
+
+
+def test_a_map_that_is_higher_than_wide_is_wide_enough_for_navfn():
+    """Its ways have 4 points per column, half a cell apart."""
+    corridor = walled(360, 30)
+    wide = wide_enough(grid(corridor))
+    assert 2 * wide.info.width > 2 * (360 + 30) - 1
+    cells = np.reshape(wide.data, (360, wide.info.width))
+    np.testing.assert_array_equal(cells[:, :30], corridor)
+    assert (cells[:, 30:] == -1).all()
+    assert wide_enough(grid(walled(42, 122))).info.width == 122

@@ -8,6 +8,7 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import OccupancyGrid
+from sensor_msgs.msg import LaserScan
 
 CELL = 0.05  # [m]
 
@@ -26,6 +27,24 @@ def grid(cells, x=0.0, y=0.0):
     message.info.resolution, message.info.height, message.info.width = CELL, *cells.shape
     message.info.origin.position.x, message.info.origin.position.y = x, y
     message.info.origin.orientation.w = 1.0
+    return message
+
+
+ANGLES = np.linspace(-math.pi, math.pi, 90, endpoint=False)  # [rad] of a scanner all around
+
+
+def ranges_in_box(pose, left, right, low, high):
+    """[m] that a scanner at a pose (x, y, yaw) sees at ANGLES, in a room from x = left to right, y = low to high."""
+    x, y, yaw = pose
+    cos, sin = np.cos(ANGLES + yaw), np.sin(ANGLES + yaw)
+    return np.minimum(np.where(cos > 0, right - x, left - x) / cos, np.where(sin > 0, high - y, low - y) / sin)
+
+
+def scan_of(ranges, sees=8.0, stamp=None):
+    """The LaserScan of the frame `laser`."""
+    message = LaserScan(angle_min=-math.pi, angle_increment=2 * math.pi / 90, range_min=0.05, range_max=sees,
+                        ranges=ranges)
+    message.header.frame_id, message.header.stamp = "laser", stamp or rospy.Time()
     return message
 
 

@@ -5,22 +5,17 @@ import itertools
 import os
 import signal
 from pathlib import Path
-from unittest import mock
 
 import numpy as np
 import rostest
-from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from geometry_msgs.msg import Twist
 from move_base_msgs.msg import MoveBaseActionGoal
 
 from robotont_driver.kinematics.se2 import pose_of
-from robotont_map_navigation.goal import Goal
-from robotont_map_navigation.goto_client import GoTo
 from robotont_testing import places
 from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest
 
-GOING_ON = GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING
 DOUBLE = Path(__file__).resolve().parent / "move_base_double.py"
 
 
@@ -65,24 +60,6 @@ class GotoTest(NodeTest):
         self.assertEqual(target.header.frame_id, "map")
         np.testing.assert_allclose(pose_of(target.pose), (2.0, -2.2, 1.2))
         self.assertEqual(len(goals), 1)
-
-    def test_a_cancellation_that_overtakes_its_goal_ends_the_goal_before_it_too(self):
-        self.start_server("")
-        goto, statuses = GoTo(lambda _line: None), self.listen("/move_base/status", GoalStatusArray)
-        self.assertTrue(goto.wait_for_server(20.0))
-        goto.send(Goal(2.0, 2.0, 0.0))
-        wait_for(lambda: any(message.linear.x for message in self.commands), "motion")
-        on_the_way = []
-        goals = goto._client.manager
-        with mock.patch.object(goals, "send_goal_fn", on_the_way.append):
-            goto.send(Goal(3.0, 3.0, 0.0))
-            goto.leave(cancel=True)
-        recalled = wait_for(lambda: [status for status in statuses[-1].status_list
-                                     if status.status == GoalStatus.RECALLING], "the cancellation of an unknown goal")
-        self.assertEqual(recalled[0].goal_id.id, on_the_way[0].goal_id.id)
-        goals.send_goal_fn(on_the_way[0])
-        wait_for(lambda: not any(status.status in GOING_ON for status in statuses[-1].status_list),
-                 "the end of both goals")
 
     def test_no_server(self):
         self.use("/nowhere")

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """navigation_monitor as a process: what it hears and tells, DWAPlannerROS' tolerance, a robot that something holds."""
 
-import math
 import time
 
 import numpy as np
@@ -13,7 +12,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from map_msgs.msg import OccupancyGridUpdate
 from move_base_msgs.msg import MoveBaseActionFeedback
 from nav_msgs.msg import OccupancyGrid, Odometry
-from navigation_messages import grid, latched, transform, walled
+from navigation_messages import grid, latched, ranges_in_box, scan_of, transform, walled
 from sensor_msgs import point_cloud2
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Float32, String
@@ -46,15 +45,8 @@ class NavigationMonitorTest(NodeTest):
 
         def stand(x, y, yaw):
             transforms.publish(TFMessage([transform("odom", 0.0, 0.0), transform("laser", x, y, yaw)]))
-        angles = np.linspace(-math.pi, math.pi, 90, endpoint=False)
-        cos, sin = np.cos(angles + 0.3), np.sin(angles + 0.3)
-        message = LaserScan(angle_min=-math.pi, angle_increment=2 * math.pi / 90, range_min=0.1, range_max=8.0,
-                            ranges=np.minimum(np.where(cos > 0, 2.5, -3.5) / cos, np.where(sin > 0, 1.0, -1.0) / sin))
-
-        def scan(_event):
-            message.header.frame_id, message.header.stamp = "laser", rospy.Time.now()
-            scans.publish(message)
-        timer = rospy.Timer(rospy.Duration(0.1), scan)
+        ranges = ranges_in_box((0.5, 0.0, 0.3), -3.0, 3.0, -1.0, 1.0)
+        timer = rospy.Timer(rospy.Duration(0.1), lambda _: scans.publish(scan_of(ranges, stamp=rospy.Time.now())))
         self.addCleanup(timer.shutdown)
         self.wait_for_status(TASK, WARN, "the scan cannot be laid on the map")
         stand(0.5, 0.0, 0.3)

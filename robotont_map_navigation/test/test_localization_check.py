@@ -6,20 +6,17 @@ import time
 import numpy as np
 import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from navigation_messages import Bus, grid, transform, walled
-from sensor_msgs.msg import LaserScan
+from navigation_messages import Bus, grid, ranges_in_box, scan_of, transform, walled
 
 from robotont_map_navigation import localization_check, map_clearing
 from robotont_map_navigation.navigation_monitor import wide_enough
 from robotont_map_navigation.readings import floor_map_of, place_of
 from robotont_testing.node_test import ERROR, OK, WARN, twist
 
-ANGLES = np.linspace(-math.pi, math.pi, 90, endpoint=False)
-COS, SIN = np.cos(ANGLES + 0.3), np.sin(ANGLES + 0.3)
-ALL = np.minimum(np.where(COS > 0, 2.5, -3.5) / COS, np.where(SIN > 0, 1.0, -1.0) / SIN)  # [m] what the sensor sees
+RIGHT = 0.5, 0.0, 0.3  # where the sensor is
+ALL = ranges_in_box(RIGHT, -3.0, 3.0, -1.0, 1.0)  # [m] what it sees
 HALF = np.where(np.arange(90) < 50, ALL, 0.4)  # beside something that the map lacks
 GONE = np.where(np.arange(90) < 66, ALL, ALL + 1.0)  # a wall of the map is gone: its rays end a metre behind it
-RIGHT = 0.5, 0.0, 0.3
 WELL = OK, "the map explains 100% of the scan's rays"
 FILLS = WARN, "the others end before its walls: something that the map lacks fills the view"
 WRONG = ERROR, "of driving: a map of another place, or a wrong pose"
@@ -56,10 +53,7 @@ class Monitor(Bus):
         for _ in range(round(seconds / localization_check.LOOK_PERIOD)):
             self.now += localization_check.LOOK_PERIOD
             if ranges is not None:
-                scan = LaserScan(angle_min=-math.pi, angle_increment=2 * math.pi / 90, range_min=0.1, range_max=8.0,
-                                 ranges=ranges)
-                scan.header.frame_id = "laser"
-                self.hear("scan", scan)
+                self.hear("scan", scan_of(ranges))
             self.check._look()
         return self.check._report[:2]
 

@@ -168,18 +168,8 @@ def test_the_local_costmap_is_little_wider_than_dwa_looks_ahead():
     for side in ("width", "height"):
         assert type(costmap[side]) is int
         assert reach < costmap[side] / 2 < 1.1 * reach
-
-
-def test_the_robot_drives_where_its_camera_looks():
-    given = read("navigation.launch")
-    planner = given["move_base"]["DWAPlannerROS"]
-    assert planner["max_vel_y"] == planner["min_vel_y"] == planner["min_vel_x"] == 0
-    assert planner["forward_point_distance"] > 0
-    assert planner["twirling_scale"] == 0  # or a robot that faces a wall in touch with it stays there
-    # that point of a trajectory's end lies within the local costmap, or DWA drops the trajectory
-    reach = planner["sim_time"] * planner["max_vel_x"] + planner["forward_point_distance"]
-    assert reach < given["move_base"]["local_costmap"]["width"] / 2
-    assert given["amcl"]["odom_model_type"] == "omni-corrected"
+    # the point of the front at a trajectory's end lies in it, too, or DWA drops the trajectory
+    assert planner["sim_time"] * planner["max_vel_x"] + planner["forward_point_distance"] < costmap["width"] / 2
 
 
 def test_the_limits_fit_the_driver():

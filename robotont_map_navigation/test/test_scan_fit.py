@@ -3,33 +3,23 @@ import math
 import numpy as np
 import pytest
 from geometry_msgs.msg import Quaternion, Transform
-from sensor_msgs.msg import LaserScan
+from navigation_messages import ranges_in_box, scan_of, walled
 
 from robotont_map_navigation.floor_map import FloorMap
 from robotont_map_navigation.readings import rays_of
 from robotont_map_navigation.scan_fit import fit, fit_nearby
 
-CELLS = np.zeros((40, 80), np.int8)  # 4 m x 2 m with a wall around it
-CELLS[[0, -1]] = CELLS[:, [0, -1]] = 100
-MAP = FloorMap(CELLS, 0.05, (-1.0, -1.0, 0.0))
-ANGLES = np.linspace(-math.pi, math.pi, 90, endpoint=False)
+MAP = FloorMap(walled(40, 80), 0.05, (-1.0, -1.0, 0.0))
+BOX = -0.95, 2.95, -0.95, 0.95  # [m] the walls' inner faces
 LEVEL = Transform(rotation=Quaternion(w=1.0))
 
 
-def ranges(x, y, yaw):
-    """What a sensor at a pose sees of the walls' inner faces, at -0.95 and 2.95, -0.95 and 0.95 m."""
-    cos, sin = np.cos(ANGLES + yaw), np.sin(ANGLES + yaw)
-    with np.errstate(divide="ignore"):
-        return np.minimum(np.where(cos > 0, 2.95 - x, -0.95 - x) / cos, np.where(sin > 0, 0.95 - y, -0.95 - y) / sin)
-
-
 POSE = (0.3, 0.2, 0.7)
-SEEN = ranges(*POSE)
+SEEN = ranges_in_box(POSE, *BOX)
 
 
 def rays(ranges, sees=5.0, sensor=LEVEL):
-    return rays_of(LaserScan(angle_min=-math.pi, angle_increment=2 * math.pi / 90, range_min=0.05, range_max=sees,
-                             ranges=ranges), sensor)
+    return rays_of(scan_of(ranges, sees), sensor)
 
 
 def but(rays, ranges):
@@ -74,6 +64,6 @@ def test_few_rays_fit_at_another_pose(wrong):
 def test_a_pose_that_is_nearly_right_explains_what_is_seen_from_a_place_at_a_wall(off):
     """From there few rays end at a wall: along the wall a small angle is a long way."""
     pose = (2.75, -0.75, -1.2)
-    explained, through_walls = fit_nearby(MAP, np.add(pose, off), rays(ranges(*pose)), 0.2)
+    explained, through_walls = fit_nearby(MAP, np.add(pose, off), rays(ranges_in_box(pose, *BOX)), 0.2)
     assert explained > 0.9
     assert through_walls < 0.1

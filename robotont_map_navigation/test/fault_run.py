@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Drives the simulated robot with the real navigation stack, and lets one fault after the other happen on the way.
 
-fault_run.py [--world NAME] [--only WORDS]... prints a table, and JSON on the last line: for each fault the seconds
-until the robot stood and, after the fault's end, until it drove again by itself (None: it did not), the way [m] that it
-went meanwhile, the status and last line of goto, what mended it, and the localization's error at the end; the memory of
+fault_run.py [--world NAME] [--only WORDS]... prints JSON, all of it on the last line: for each fault the seconds until
+the robot stood and, after the fault's end, until it drove again by itself (None: it did not), the way [m] that it went
+meanwhile, the status and last line of goto, what mended it, and the localization's error at the end; the memory of
 navigation_monitor [MiB]. Needs move_base.
 """
 
@@ -59,7 +59,7 @@ class Rig:
         self._initial = rospy.Publisher("initialpose", PoseWithCovarianceStamped, queue_size=5)
         self.hand = rospy.Publisher("cmd_vel/hand", Twist, queue_size=5)
         self.button = rospy.Publisher("emergency_stop", Bool, queue_size=5)
-        for topic in (self._carry, self.visitor, self._initial, self.hand, self.button):
+        for topic in self._carry, self.visitor, self._initial, self.hand, self.button:
             wait_for(topic.get_num_connections, f"who listens to {topic.name}", 60)
         wait_for(lambda: self._initial.get_num_connections() > 1, "amcl and navigation_monitor", 60)
         rospy.wait_for_service("move_base/clear_costmaps", 60)
@@ -109,6 +109,10 @@ class Rig:
         return subprocess.Popen([program("robotont_map_navigation", name), *map(str, words)], text=True,
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
+    def end(self, process):
+        """The last line of a tool when it has ended."""
+        return process.communicate(timeout=PATIENCE)[0].strip().splitlines()[-1]
+
     def suffer(self, fault):
         """Drive, let the fault happen, and see what becomes of it; the row of the table."""
         self.start()
@@ -124,11 +128,10 @@ class Rig:
         fault.end(self)
         ended = time.monotonic()
         try:
-            words = goto.communicate(timeout=PATIENCE)[0].strip().splitlines()[-1]
+            words = self.end(goto)
         except subprocess.TimeoutExpired:
             goto.send_signal(signal.SIGINT)
-            words = "waits for ever: " + goto.communicate()[0].strip().splitlines()[-1]
-            goto.returncode = -1
+            words, goto.returncode = "waits for ever: " + self.end(goto), -1
         over = round(time.monotonic() - begun, 1)
         wait_for(lambda: time.monotonic() - ended > BY_ITSELF, "what happens by itself")
         after = self.run.truth[number:]
@@ -136,12 +139,11 @@ class Rig:
         row = {"fault": fault.name, "stood_s": stood, "drove_again_s": drives, "way_after_m": round(way(after), 3),
                "goto_ended_s": over, "status": goto.returncode, "words": words, "mended": []}
         if goto.returncode and fault.mend:
-            mending = self.tool(fault.mend)
-            row["mended"].append((fault.mend, mending.communicate(timeout=PATIENCE)[0].strip().splitlines()[-1]))
+            row["mended"].append((fault.mend, self.end(self.tool(fault.mend))))
         if goto.returncode:
             leave(self)
             again = self.tool("goto", *goal)
-            row["mended"].append(("goto", again.communicate(timeout=PATIENCE)[0].strip().splitlines()[-1]))
+            row["mended"].append(("goto", self.end(again)))
             row["again"] = again.returncode
         wait_for(lambda: standing(self.run.truth[-1]), "the robot to stand", 30)
         row["pose_error_m"], row["pose_error_rad"] = (round(value, 3) for value in self.error())
@@ -260,13 +262,9 @@ def main():
         rig = Rig(master, options.world)
         rows = []
         for fault in chosen:
-            row = rig.suffer(fault)
-            row["expected"] = fault.statuses
+            row = {**rig.suffer(fault), "expected": fault.statuses}
             rows.append(row)
-            print(f"{row['fault']:35} stood {row['stood_s']} s, drove again {row['drove_again_s']} s, goto ended "
-                  f"{row['goto_ended_s']} s, way after {row['way_after_m']} m, pose error {row['pose_error_m']} m "
-                  f"{row['pose_error_rad']} rad, status {row['status']}: {row['words']} {row['mended']}",
-                  file=sys.stderr, flush=True)
+            print(json.dumps(row), file=sys.stderr, flush=True)
         monitor = memory(rig.pids("navigation_monitor")[0])
     print(json.dumps({"navigation_monitor_mib": monitor, "rows": rows}))
 

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """goto, as a user runs it, against a stand-in for move_base."""
 
-import itertools
 import os
 import signal
 from pathlib import Path
@@ -22,8 +21,6 @@ DOUBLE = Path(__file__).resolve().parent / "move_base_double.py"
 class GotoTest(NodeTest):
     """Each test has a server and a namespace of its own, so that nothing of it is left to others."""
 
-    numbers = itertools.count()
-
     def use(self, space):
         """Watch a namespace, and run goto in it."""
         self.space, self.commands = space, self.listen(space + "/cmd_vel", Twist)
@@ -33,7 +30,7 @@ class GotoTest(NodeTest):
         return self.processes.start(DOUBLE, f"__ns:={space}", f"_seconds:={seconds}")
 
     def start_goto(self, *words):
-        log = self.processes.folder / f"goto{next(self.numbers)}"
+        log = self.processes.folder / "goto"
         process = self.processes.start(places.program("robotont_map_navigation", "goto"), *words, f"__ns:={self.space}",
                                        log=log)
         process.log = log

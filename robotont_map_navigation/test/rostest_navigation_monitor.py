@@ -87,10 +87,9 @@ class NavigationMonitorTest(NodeTest):
         wait_for(lambda: heard[-1] == narrow, "the next goal")
         self.assertEqual(heard.count(wide), 1)
 
-    def drive(self, until, what, moves=0.0):
-        """Command 0.2 m/s while the wheels move the robot at a share of it."""
+    def drive(self, until, what):
+        """Command 0.2 m/s while the wheels stand."""
         odometry = Odometry()
-        odometry.twist.twist = twist(0.2 * moves)
 
         def step():
             self.command.publish(twist(0.2))
@@ -111,9 +110,7 @@ class NavigationMonitorTest(NodeTest):
         self.publisher("move_base/current_goal", PoseStamped).publish(PoseStamped())
         wait_for(lambda: not self.told[-1].data, "a new try")
 
-    def test_nothing_is_cancelled_while_the_robot_moves_or_somebody_else_drives(self):
-        begin = time.monotonic()
-        self.drive(lambda: time.monotonic() - begin > 2.0, "two seconds of driving", moves=0.9)
+    def test_nothing_is_cancelled_while_somebody_else_drives(self):
         self.driver.publish(String("hand"))
         wait_for(lambda: self.values(MOTION)["driven by"] == "hand", "navigation_monitor to hear who drives")
         begin = time.monotonic()

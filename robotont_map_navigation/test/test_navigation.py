@@ -71,17 +71,6 @@ def test_fifty_random_goals_a_third_of_them_at_walls_none_of_which_traps_the_rob
     assert [each for each in figures if each["clearance_m"] < 0.0] == []
 
 
-def test_a_robot_2_cm_from_a_wall_that_amcl_believes_even_nearer_gets_away_from_it():
-    away, refused = run("--start", "0.22", "3", "0.5", "start:=0.15 3 0.5", "--goal", "1.2", "3.6", "0",
-                        "--goal", "0.23", "3", "0", timeout=400)  # the wall is 0.1 m thick, the robot's radius 0.15 m
-    assert away["start_to_wall_m"] == 0.17
-    assert away["status"] == 0, away
-    assert away["error_m"] < ERROR, away
-    assert away["clearance_m"] > 0.0, away
-    assert refused["status"] == 6, refused
-    assert refused["way"] == pytest.approx(0.0, abs=0.01), refused
-
-
 def test_no_alarm_on_the_right_map_and_one_on_a_map_of_another_place():
     right, = run("--goal", "2.5", "2.5", "0", timeout=400)
     wrong, = run("--world", "maze", "--goal", "2.5", "2.5", "0", f"map:={ROOT}/config/maps/room.yaml", timeout=400)

@@ -79,21 +79,6 @@ def test_frames_and_topics_of_a_second_robot():
     assert not [name for name in found if re.match(r"/(move_base|amcl|map_server)", name)]
 
 
-def test_the_footprint_is_that_of_the_wheels_or_of_the_robot_that_runs(tmp_path, running):  # noqa: F811
-    def footprints(*arguments):
-        found = read_launch("navigation.launch", *arguments).parameters
-        return {found[f"/move_base/{costmap}_costmap/robot_radius"] for costmap in ("global", "local")}
-    large = robot_folder(tmp_path, {**SHIPPED, "wheelDistanceFromCenter": [0.2, 0.3, 0.2], "wheelRadius": 0.06})
-    # the outer corner of the second wheel: hypot(0.3 + 0.021, 0.06) = 0.3266
-    assert footprints("sim:=true", f"robot:={large}") == {0.33}
-    running(ROBOTONT2)
-    assert footprints() == {0.17}
-    running(SHIPPED)
-    assert footprints() == {0.15}
-    with pytest.raises(RLException, match="robot_radius"):
-        footprints("namespace:=robot2")  # where none runs
-
-
 @pytest.mark.parametrize("world", ["room", "maze"])
 def test_a_world_brings_its_map_and_its_start(tmp_path, world):
     file = ROOT / "config" / "worlds" / f"{world}.yaml"
@@ -188,3 +173,18 @@ def test_every_file_is_loaded():
                    for file in ("navigation.launch", "slam.launch", "camera_scan.launch"))
     for file in NAVIGATION.glob("*.yaml"):
         assert f"/config/navigation/{file.name}" in text
+
+
+def test_the_footprint_is_that_of_the_wheels_or_of_the_robot_that_runs(tmp_path, running):  # noqa: F811
+    def footprints(*arguments):
+        found = read_launch("navigation.launch", *arguments).parameters
+        return {found[f"/move_base/{costmap}_costmap/robot_radius"] for costmap in ("global", "local")}
+    large = robot_folder(tmp_path, {**SHIPPED, "wheelDistanceFromCenter": [0.2, 0.3, 0.2], "wheelRadius": 0.06})
+    # the outer corner of the second wheel: hypot(0.3 + 0.021, 0.06) = 0.3266
+    assert footprints("sim:=true", f"robot:={large}") == {0.33}
+    assert footprints() == {0.15}
+    with pytest.raises(RLException, match="robot_radius"):
+        footprints("namespace:=robot2")  # where none runs
+    running(ROBOTONT2)  # at the end of this file: what others have read is forgotten
+    assert footprints() == {0.17}
+    running(SHIPPED)

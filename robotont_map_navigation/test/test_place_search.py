@@ -41,7 +41,7 @@ def look(floor_map, pose):
     return rays[:, ends], rays[:, ~ends]
 
 
-@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(2, 20))])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 20))])
 def test_a_robot_in_a_room_with_a_wall_in_it_is_found_whatever_wrong_pose_is_believed(seed):
     floor_map = room((0, 30, 35))
     draw = random.Random(seed)

@@ -29,7 +29,6 @@ def _number(least, most, allowed):
 
 COORDINATE = _number(-1000.0, 1000.0, "a number from -1000 to 1000 [m]")
 YAW = _number(-6.284, 6.284, "a number from -6.28 to 6.28 [rad], not degrees")
-SECONDS = _number(0.0, 1e6, "a number from 0 to 1000000 [s]")
 
 
 def parse_arguments(words):
@@ -39,7 +38,7 @@ def parse_arguments(words):
     parser.add_argument("x", type=COORDINATE, help="[m]")
     parser.add_argument("y", type=COORDINATE, help="[m]")
     parser.add_argument("yaw", type=YAW, help="where to look in the end [rad]")
-    parser.add_argument("--patience", type=SECONDS, default=PATIENCE,
+    parser.add_argument("--patience", type=_number(0.0, 1e6, "a number from 0 to 1000000 [s]"), default=PATIENCE,
                         help="wait so long for move_base, or where a way is barred or a sensor gone [s] [%(default)s]")
     # a space before negative numbers: argparse takes -1e-3 for an option
     return parser.parse_args([re.sub(r"^(?=-[\d.in])", " ", word) for word in words])

@@ -27,6 +27,7 @@ NEWS = 3.0         # [s] for which a word of the diagnostics counts
 PERIOD = 1.0       # [s] between two lines of progress
 AGAIN = 0.5        # [s] at least between two goals that are the same
 CANCELLING = 5.0   # [s] that move_base has to confirm a cancellation: it hears of none while it plans
+STOP = "the emergency stop, pressed by {}: release it, then send the goal again"
 
 
 class GoTo:
@@ -81,7 +82,7 @@ class GoTo:
         wait_for(lambda: self._map, LOOK_UP)
         reason = self._map and refusal(floor_map_of(self._map), goal[:2], needed_radius())
         if self._stopped_by:
-            reason = self._stop()
+            reason = STOP.format(self._stopped_by)
         if self._trouble:
             return self._by_others()
         return Outcome(Status.REFUSED, f"refused: {reason}") if reason else None
@@ -167,13 +168,10 @@ class GoTo:
         elif self._held:
             found = Outcome(Status.GAVE_UP, f"{self._held}; the goal is cancelled")
         elif self._stopped_by:
-            found = Outcome(Status.REPLACED, f"cancelled by {self._stop()}")
+            found = Outcome(Status.REPLACED, "cancelled by " + STOP.format(self._stopped_by))
         if found:
             self._take_back()
         return found
-
-    def _stop(self):
-        return f"the emergency stop, pressed by {self._stopped_by}: release it, then send the goal again"
 
     def leave(self, cancel=False):
         """Make `follow` return, from another thread; the robot goes on to its goal unless that is to `cancel`."""

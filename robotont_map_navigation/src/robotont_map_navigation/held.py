@@ -40,7 +40,7 @@ class Held:
         self._edge, self._frame = needed_radius(), frame  # now: the master may be gone when they are needed
         self._watch = HoldWatch(self._edge)
         self._driver = "navigation"  # where there is no mux to tell
-        self._words, self._stands, self._command = "", 0, NOTHING
+        self._words, self._command = "", NOTHING
         self._felt = rospy.Publisher("navigation/felt", PointCloud2, queue_size=1)
         self._stand = rospy.Publisher("navigation/stand", Float32, queue_size=1, tcp_nodelay=True)
         self._told = rospy.Publisher("navigation/held", String, queue_size=1, latch=True)
@@ -50,7 +50,7 @@ class Held:
                                       ("cmd_vel/driven_by", String, self._on_driver),
                                       ("move_base/current_goal", PoseStamped, lambda _: self._tell(""))):  # tries anew
             rospy.Subscriber(topic, kind, callback, queue_size=1, tcp_nodelay=True)
-        Worker(self._tell_nothing)
+        Worker(self._tell_costmaps)
         Health(robot_name(), {"motion": self._report})
 
     def _on_driver(self, message):
@@ -69,26 +69,19 @@ class Held:
             stand, words = self._watch.measure(_twist(message.twist.twist), now - age, now)
         if stand:
             self._stand.publish(STAND)
-            self._stands += 1
             self._tell_costmaps(ahead)
         if words:
             rospy.logwarn("navigation ends its goal: %s", words)
             self._tell(words)  # first: who has sent the goal asks why it ended
             self._cancel.publish(GoalID())
 
-    def _tell_costmaps(self, ahead):
-        """Something is in the way of a twist; of a turn on the spot nobody knows where."""
+    def _tell_costmaps(self, ahead=NOTHING):
+        """Something is in the way of a twist, of a turn on the spot nobody knows where; returns the time to rest."""
         bearing, edge = math.atan2(ahead[1], ahead[0]), self._edge
         points = [((edge + off) * math.cos(bearing + side), (edge + off) * math.sin(bearing + side), height)
                   for off, height in FELT for side in FRONT if any(ahead[:2])]
-        self._tell_points(points)
-
-    def _tell_nothing(self):
-        self._tell_points([])
-        return PERIOD
-
-    def _tell_points(self, points):
         self._felt.publish(point_cloud2.create_cloud_xyz32(Header(0, rospy.Time.now(), self._frame), points))
+        return PERIOD
 
     def _tell(self, words):
         if words != self._words:
@@ -96,7 +89,7 @@ class Held:
             self._told.publish(words)
 
     def _report(self):
-        values = {"driven by": self._driver, "times that it stood, for its wheels did not follow": self._stands}
+        values = {"driven by": self._driver}
         return (ERROR, self._words, values) if self._words else (OK, "as commanded", values)
 
 

@@ -112,8 +112,7 @@ class Relocalize:
         place = message.pose.pose
         place.position.x, place.position.y = pose[:2]
         place.orientation.z, place.orientation.w = math.sin(pose[2] / 2), math.cos(pose[2] / 2)
-        for number in (0, 7, 35):
-            message.pose.covariance[number] = DEVIATION ** 2
+        message.pose.covariance = (DEVIATION ** 2 * np.eye(6)).ravel().tolist()
         self._pose.publish(message)
 
     def _on_map(self, message):

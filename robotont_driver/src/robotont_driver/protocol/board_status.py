@@ -108,21 +108,16 @@ class BoardHealth:
         self._news = []         # messages and faults since the last report
         self.banner = self.obstacle = ""
         self.status, self.identity = None, None  # until they come
-        self.foreign = False    # whether the newest packet was one of another number of wheels
+        self.wants_identity = False  # whether the board is able to identify itself and has not done so yet
 
     fault = property(lambda self: self.status.fault if self.status else "", doc="What has stopped the motors.")
-
-    @property
-    def wants_identity(self):
-        """Whether the board is able to identify itself and has not done so yet."""
-        return self.identity is None and (self.status is not None or self.foreign)
 
     def hear_status(self, status):
         """Another BoardStatus than before came in a packet."""
         if self.status is not None:
             self._counted = [count + (new - old) % 256 for count, new, old in zip(
                 self._counted, status[1:3], self.status[1:3])]
-        self.status = status
+        self.status, self.wants_identity = status, self.identity is None
         self._tell(status.fault)
 
     def hear_text(self, text):
@@ -132,9 +127,10 @@ class BoardHealth:
         if not starts and not answers:
             self._tell(text)
         if starts:
-            self.banner, self.status, self.foreign = text, None, False
+            self.banner, self.status = text, None
         if starts or answers:
             self.identity = Identity.parse(text[len("identity "):] if answers else text)
+            self.wants_identity = answers and self.identity is None
             self.obstacle = self.identity.obstacle(self._wheels, self._rate) if self.identity else ""
         return starts
 

@@ -203,9 +203,7 @@ class Checked(Protocol):
     repaired = property(lambda self: self._lost.repaired)
     restarts = property(lambda self: self._lost.restarts)
     doubts = property(lambda self: self._lost.doubts)
-    obstacle = property(lambda self: self.health.obstacle)
     drives = property(lambda self: bool(self.packets) and not self.health.wants_identity)
-    tells_rate = property(lambda self: self.health.identity is not None)
 
     def read_line(self, text, now):
         """List of `Packet` that the line completes. Raises PacketError."""
@@ -217,10 +215,11 @@ class Checked(Protocol):
         try:
             packet = CheckedPacket(text, self._amount)
         except ForeignPacketError:
-            self.health.foreign = True  # it is asked for its identity, which has the number
+            self.health.wants_identity = self.health.identity is None  # which has the number
             raise
-        self.health.foreign = False
-        if packet.status and packet.status is not self.health.status:
+        if not packet.status:
+            self.health.wants_identity = False  # of firmware before 2.0, which has none
+        elif packet.status is not self.health.status:
             self.health.hear_status(packet.status)
         if packet.status and packet.status.voltage and now >= self._measured + BATTERY_PERIOD:
             self._measured = now
@@ -237,6 +236,7 @@ class Checked(Protocol):
             raise PacketError("checksum", f"no checksum in {text[:60]!r}")
         if self.health.hear_text(text[1:].strip()):
             self._lost.restart()
+        self.obstacle, self.tells_rate = self.health.obstacle, self.health.identity is not None
 
     def encode(self, command):
         """The packet with its CRC; but for zeros none to a board that has sent none or is unknown, which is asked."""

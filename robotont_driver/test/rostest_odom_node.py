@@ -116,14 +116,14 @@ class OdomNodeTest(NodeTest):
         right = [round(unit) for unit in units]
         wrong = [round(1.4 * unit) if wheel == 2 else unit for wheel, unit in enumerate(right)]
         wait_for(lambda: float(self.keep_on_until(OK, "packets/s", "/four/", right, units)[
-            "noise of the wheels, learnt"].split()[0]) <= 0.8, "the wheels' noise", period=0.01)
+            "noise of the wheels, learnt"].split()[0]) <= 0.6, "the wheels' noise", period=0.01)
         values = self.keep_on_until(WARN, "wheel 2 disagrees", "/four/", wrong, units)
         told = len(odom)
         self.keep_on_until(WARN, "wheel 2 disagrees", "/four/", wrong, units)  # the next packets are without it
         wait_for(lambda: len(odom) > told, "odometry of the next packet")
         self.assertAlmostEqual(odom[-1].twist.twist.linear.x, 0.4, delta=0.01)
         self.assertAlmostEqual(odom[-1].twist.twist.angular.z, 0.0, delta=0.03)
-        self.assertEqual((values["wheels excluded"], values["wheels found so far"]), ("wheel 2", "1"))
+        self.assertEqual(values["wheels excluded"], "wheel 2")
         self.keep_on_until(OK, "packets/s", "/four/", right, units)
         self.assertEqual((odom[-1].header.frame_id, odom[-1].child_frame_id), ("four/odom", "four/base_footprint"))
         wait_for(lambda: joints, "joint states")

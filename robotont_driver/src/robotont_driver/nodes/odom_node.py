@@ -16,7 +16,7 @@ from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.odometry.gyro import Gyro
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_driver.odometry.odometry_stamps import LARGEST_DRIFT, SECOND, OdometryStamps
-from robotont_driver.odometry.slip import SlipSearch, fault_of_wheels, values_of
+from robotont_driver.odometry.slip import SlipSearch
 from robotont_driver.parameters.parameters import Parameter, ParameterError, fault
 from robotont_driver.ros.diagnostics import OK, WARN, Health, Rate, robot_name
 from robotont_driver.ros.imu_input import ImuInput
@@ -42,7 +42,7 @@ PARAMETERS = (
     Parameter("wheel_noise", 0.012, "standard deviation of a wheel's path after 1 m, growing with the "
               "square root of the path", "m/sqrt(m)", minimum=0.0, maximum=1.0,
               reason="wheels whose error exceeds their path measure nothing"),
-    Parameter("slip_limit", 5.0, "standard deviations by which a wheel may disagree with the others, or with a "
+    Parameter("slip_limit", 6.0, "standard deviations by which a wheel may disagree with the others, or with a "
               "gyro, over 0.5 s; beyond, it slips (three wheels need the gyro); 0 = no search", "",
               minimum=0.0, maximum=100.0),
     Parameter("imu", "", "topic of a gyro (sensor_msgs/Imu) for the heading, with its mounting in TF; empty: none"),
@@ -124,7 +124,10 @@ class OdomNode:
                 "went on from an earlier pose": "no" if gap is None else f"after {gap:.1f} s without odometry",
             }
             if search:
-                values.update(values_of(search))
+                values.update({
+                    "wheels excluded": f"wheel {search.slipping[0]}" if search.slipping else "none",
+                    "noise of the wheels, learnt": f"{math.sqrt(search.noise):.1f} x wheel_noise",
+                })
             fault = fault_of_wheels(search) if search else ""
         if rate == 0.0:
             return WARN, "no packets on serial_read, the odometry stands still: see the diagnostics of the link", values
@@ -185,6 +188,22 @@ class OdometryMessages:
         joints.position = odometry.wheel_angles
         joints.velocity = odometry.wheel_rates
         self._joint_publisher.publish(joints)
+
+
+def fault_of_wheels(search):
+    """The gravest fault that a SlipSearch has found; empty when there is none."""
+    if search.slipping:
+        return (f"wheel {search.slipping[0]} disagrees with the others and is excluded from the odometry: look for a "
+                "slipping or blocked wheel, a loose coupling, an unplugged encoder")
+    if search.alike:
+        wheels = " or ".join(str(wheel) for wheel in search.alike if wheel < search.wheels)
+        moved = ["the robot is pushed, lifted or carried"] if search.wheels in search.alike else []
+        slips = [f"wheel {wheels} slips or is blocked"] if wheels else []
+        return " or ".join(moved + slips) + ": the odometry goes on with all, its covariance grows"
+    if search.lagging:
+        return (f"wheel {search.lagging[0]} does not turn as commanded: look for a blocked wheel, a loose motor or "
+                "encoder cable, an empty battery")
+    return ""
 
 
 def read_clocks():

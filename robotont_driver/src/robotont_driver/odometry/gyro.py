@@ -1,29 +1,24 @@
 """A gyro beside the wheels: its bias, whether it turns as they do, the heading by both. Counterclockwise [rad], [ns].
 
-Its rate is `scale * rate + bias + white noise`. The bias walks slowly and is learnt only while the wheels stand: their
-errors must not become its.
+Its rate is `scale * rate + bias + white noise`. The bias is learnt at rest: the wheels' errors must not become its.
 """
 
 import math
 from bisect import bisect_left
 from collections import deque
-from operator import add
 
 import numpy as np
 
 from robotont_driver.odometry.odometry import NO_LASTING, Covariance
 from robotont_driver.odometry.odometry_stamps import SECOND
 
-KEPT = 4096              # samples: more than four seconds of any gyro
-MOST = 200.0             # [rad/s] what is not below it is an error of the line: no gyro measures as much
+KEPT, MOST = 4096, 200.0  # samples, over 4 s of any gyro; [rad/s] a rate not below it is an error of the line
 GAP, PAUSE, LATE, WAIT = 0.1, 1.0, 0.3, 4.0  # [s] between samples, packets; late beside the wheels, and at all
 BEHIND, AHEAD = 0.5, 0.1  # [s] by which all stamps of a second may differ from this computer's clock
 SETTLING, STILL = 0.5, (2.5, 0.001)  # [s] after which the robot stands; ... edges or [m] are no motion of a wheel
 FIRST_BIAS = 0.02        # [rad/s] standard deviation of the bias of an unknown gyro
-LEARNING = 1.0           # [s] of standing until the bias is good enough to use the gyro
-OUTLIER = 5.0            # [sigma] a larger turn while the wheels stand is not bias, ...
-RELEARN, STEADY = 3.0, 10.0  # ... unless it goes on for so long [s], its rates within so many [sigma]
-PATIENCE = 5.0           # [s] of standing of which nothing was learnt
+LEARNING, PATIENCE = 1.0, 5.0  # [s] of standing until the bias is good enough to use; of which nothing was learnt
+OUTLIER, RELEARN, STEADY = 5.0, 3.0, 10.0  # [sigma] a larger turn at rest is no bias, unless for [s] within [sigma]
 BLOCK, ENDS, MEMORY = 1.0, 0.1, 0.97  # [s] over which turns are compared; of the rates at its ends; of older ones
 JUDGED, SURE = 3.0, 3.0  # [rad] turned, which make a judgement; [sigma] beyond the limits
 SCALE, OWN, DELAY = 0.05, 0.005, 0.03  # error of the scale that is refused, that is the wheels'; [s] of the stamps
@@ -64,14 +59,14 @@ class Agreement:
     """Scale and delay of a gyro, by the wheels: its turn beyond theirs is `error * turn - delay * change of the rate`.
 
     `error`, `delay` [s]; `judged`: whether they are known. `refused`: why it is not used, or empty. `wrong`: the part
-    of `error` that the wheels do not explain. `sure`: a block has just shown it right.
+    of `error` that the wheels do not explain, 0 while refused. `sure`: a block has just shown it right.
     """
 
     def __init__(self):
         self.error = self.delay = self.wrong = 0.0
         self.refused, self.judged, self.sure = "", False, False
-        # normal equations and their right side, squares of what is beyond, (blocks, [rad] turned)
-        self._block, self._sums = [], (np.zeros((2, 2)), np.zeros(2), 0.0, np.zeros(2))
+        self._block, self._products = [], np.zeros((3, 3))  # of (turn, change of the rate, what is beyond) of blocks
+        self._known = np.zeros(2)  # blocks, [rad] turned
 
     def update(self, beyond, turned, seconds):
         """Take the gyro's turn in a packet beyond the wheels' `turned`."""
@@ -81,19 +76,17 @@ class Agreement:
             return
         (beyond, turned), self._block = np.array(self._block).T, []
         ends = max(1, round(ENDS / seconds))
-        row = np.array((turned.sum(), (turned[:ends].sum() - turned[-ends:].sum()) / (ends * seconds)))
-        new = np.outer(row, row), row * beyond.sum(), beyond.sum() ** 2, np.array((1.0, abs(row[0])))
-        self._sums = [MEMORY * old + more for old, more in zip(self._sums, new)]
-        normal, right, squares, (blocks, way) = self._sums
+        row = np.array((turned.sum(), (turned[:ends].sum() - turned[-ends:].sum()) / (ends * seconds), beyond.sum()))
+        products = self._products = MEMORY * self._products + np.outer(row, row)
+        blocks, way = self._known = MEMORY * self._known + (1.0, abs(row[0]))
         self.judged = way >= JUDGED
         if not self.judged:
             return
-        inverse = np.linalg.inv(normal + np.diag((0.0, 1.0)))  # no delay, until changes of the rate show it
-        self.error, self.delay = found = (inverse @ right).tolist()
-        variance = max(0.0, squares - right @ found) / max(1.0, blocks - 2.0)
+        inverse = np.linalg.inv(products[:2, :2] + np.diag((0.0, 1.0)))  # no delay, until changes of the rate show it
+        self.error, self.delay = found = (inverse @ products[:2, 2]).tolist()
+        variance = max(0.0, products[2, 2] - products[2, :2] @ found) / max(1.0, blocks - 2.0)
         scale, delay = SURE * np.sqrt(variance * np.diag(inverse))
         off = abs(self.error)
-        self.wrong = off if off - scale * 2 / 3 > OWN else 0.0
         self.sure = not self.refused and off + scale < SCALE and abs(self.delay) < DELAY
         self.refused = ""
         if off - scale > SCALE:
@@ -101,6 +94,7 @@ class Agreement:
                             "wrong sign, axis, unit, frame (TF) or gyro_scale, slipping wheels, a wrong wheel file")
         elif abs(self.delay) - delay > DELAY:
             self.refused = f"its stamps are {self.delay:+.2f} s late: look at its driver's stamps and at the clocks"
+        self.wrong = 0.0 if self.refused or off - scale * 2 / 3 <= OWN else off
 
 
 class Gyro:
@@ -120,17 +114,14 @@ class Gyro:
         self._stamps, self._angles, self._rate, self._apart = [], [], 0.0, 0.0  # samples; [s] between the newest
         self._waiting, self._mark = deque(), None  # packets that it does not know yet; (angle, stamp) of the last one
         self._second, self._least, self._late, self._finite = 0, math.inf, math.inf, True
-        self._top = self._hits = self._given = self._saved = self._way = 0.0
-        self._flat = 0.0, 0.0
+        self._top, self._hits, self._flat, self._given, self._saved, self._way = 0.0, 0, (0.0, 0.0), 0.0, 0.0, 0.0
         self.bias, self.agreement, self.compared = Bias(noise, bias_walk), Agreement(), None
-        self.behind = self.saturates = self.turned = self.without = 0.0
-        self.learns, self.gaps = False, 0
+        self.behind = self.gaps = self.saturates = self.turned = self.without = 0
 
     @property
     def variances(self):
         """Of bias and scale, which is as uncertain as the wheels show it to be."""
-        wrong = 0.0 if self.agreement.refused else self.agreement.wrong
-        return self.bias.variance, max(self._scale_variance, wrong ** 2)
+        return self.bias.variance, max(self._scale_variance, self.agreement.wrong ** 2)
 
     def add(self, stamp, rate, now):
         """Take a sample: `rate` [rad/s] at `stamp`, when this computer's clock read `now` [ns]."""
@@ -141,11 +132,10 @@ class Gyro:
         if not self._finite or not -AHEAD < min(self._late, self._least) < BEHIND:
             return
         self._apart = (stamp - self._stamps[-1]) / SECOND if self._stamps else 0.0
-        if self._stamps and 0 < self._apart <= GAP:
+        if 0 < self._apart <= GAP:
             self._angles.append(self._angles[-1] + (rate + self._rate) / 2 * self._apart)
             self._stamps.append(stamp)
-            if len(self._stamps) > 2 * KEPT:
-                del self._stamps[:KEPT], self._angles[:KEPT]
+            del self._stamps[:-KEPT], self._angles[:-KEPT]
         else:
             self.gaps += bool(self._stamps)
             self._stamps, self._angles, self._mark = [stamp], [0.0], None
@@ -160,10 +150,10 @@ class Gyro:
         step: of the wheels, with its Covariance and that of two `readings`. doubted: whether wheels may slip.
         """
         wheels, agreement, refused, used = (step, covariance, NO_LASTING), self.agreement, self.agreement.refused, []
-        self.learns = False
-        for measured, turned, seconds, stands in self._packets_known_now(counts, step[2], stamp):
+        packets = self._packets_known_now(counts, step[2], stamp)
+        self.learns = any(stands for *_, stands in packets)
+        for measured, turned, seconds, stands in packets:
             self.bias.learn(measured / self._scale, seconds, stands)
-            self.learns = self.learns or stands
             turn = measured / self._scale - self.bias.value * seconds
             if self.bias.learnt >= LEARNING and not self._is_saturated(turn, turned):
                 used.append((turn, turn - turned, seconds, doubted or not stands))
@@ -172,7 +162,9 @@ class Gyro:
         timing, self.compared = max(TIMING, abs(agreement.delay)) if agreement.judged else UNKNOWN, None
         stands = stamp - self._still_since >= SETTLING * SECOND
         if (agreement.judged or stands) and not agreement.refused and self.behind * self.period < LATE:
-            self.compared = beyond, self._variance(turn, seconds), timing
+            bias, scale = self.variances  # the same errors in all of a window of 0.5 s
+            variance = seconds * (self._noise + 0.5 * (bias + scale * (turn / (seconds or 1.0)) ** 2))
+            self.compared = beyond, variance, timing
         self.turned += turn * (not agreement.refused)
         # a robot that stands turns by hand alone
         turn, beyond, seconds, _ = map(sum, zip((0.0,) * 4, *[each for each in used if each[3]]))
@@ -208,33 +200,30 @@ class Gyro:
 
     def _packets_known_now(self, counts, yaw, stamp):
         """[(turn of the gyro, of the wheels, [s], whether the robot stood)] of packets whose end it knows by now."""
-        self._paths = list(map(add, self._paths, counts))
+        self._paths = [path + count for path, count in zip(self._paths, counts)]
         begins = self._newest is None or not 0 <= stamp - self._newest <= PAUSE * SECOND
         if begins or any(abs(path) > still for path, still in zip(self._paths, self._still)):
             self._still_since, self._paths = stamp, [0.0] * len(self._paths)
         if begins or len(self._waiting) * self.period > WAIT:
             self._waiting.clear()
             self._mark = None
-        self._newest, known, missing = stamp, [], False
+        self._newest, known = stamp, []
         self._waiting.append((stamp, yaw, stamp - self._still_since >= SETTLING * SECOND))
         while self._stamps and self._waiting and self._waiting[0][0] <= self._stamps[-1]:
             end, yaw, stands = self._waiting.popleft()
             before, self._mark = self._mark, self._angle_at(end)
-            missing = None in (before, self._mark)
-            if not missing:
+            if None not in (before, self._mark):
                 known.append((self._mark[0] - before[0], yaw, (end - before[1]) / SECOND, stands))
         self.behind = len(self._waiting)
-        missing = missing or self.behind * self.period > LATE
+        missing = self._mark is None or self.behind * self.period > LATE
         self.without += (missing - self.without) * min(1.0, self.period)
         return known
 
     def _angle_at(self, stamp):
         """(turned until then, stamp); None before the first sample."""
         index = bisect_left(self._stamps, stamp)
-        if self._stamps[index] == stamp:
-            return self._angles[index], stamp
         if not index:
-            return None
+            return (self._angles[0], stamp) if self._stamps[0] == stamp else None
         (first, last), (low, high) = self._stamps[index - 1:index + 1], self._angles[index - 1:index + 1]
         return low + (high - low) * ((stamp - first) / (last - first)), stamp
 
@@ -245,11 +234,6 @@ class Gyro:
         self._flat = flat, wheels = self._flat[0] + abs(turn), self._flat[1] + abs(turned)
         self.saturates = self._top if flat > FAST and wheels > BEYOND * flat else 0.0
         return flat <= FAST or self.saturates > 0.0
-
-    def _variance(self, turn, seconds):
-        """Of the turn in a window of 0.5 s, its packet's part: errors of bias and scale are the same in all of it."""
-        bias, scale = self.variances
-        return seconds * (self._noise + 0.5 * (bias + scale * (turn / (seconds or 1.0)) ** 2))
 
     def _weigh(self, step, covariance, readings, turn, beyond, seconds):
         period, (bias, scale) = self.period, self.variances

@@ -6,11 +6,10 @@ arrivals (E. Olson, A Passive Solution to the Sensor Synchronization Problem, IR
 
 import math
 
-SECOND = 1_000_000_000
+SECOND, TICK = 1_000_000_000, 1000  # [ns]; between stamps: tf2 takes closer ones for the same
 FIRST_BLOCKS, BLOCKS, RECENT = 10, 30, 5  # of 0.2, the others of 1 s; kept for the period; newest, for the height
 LARGEST_DRIFT = 0.03  # part by which the board's period may differ from the nominal one: generation 3's by 0.025
 ROUGH = SECOND // 200  # error of a block's earliest arrival; a clock that moves by more was set
-TICK = 1000            # between stamps: tf2 takes closer ones for the same
 PAUSE, SETTLED = 3 * SECOND, SECOND // 20  # without packets, or with late ones that are no queue: the line begins anew
 LATE, LOST, SHARP = 0.75, 8, 0.2  # [periods] late; up to so many whole ones, and this beyond: packets were lost
 

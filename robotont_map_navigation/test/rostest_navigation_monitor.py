@@ -118,6 +118,25 @@ class NavigationMonitorTest(NodeTest):
         self.drive(lambda: time.monotonic() - begin > 2.0, "two seconds by hand")
         self.assertEqual([*self.cancelled, *self.stands], [])
 
+    def test_navigation_stands_while_something_comes(self):
+        transforms = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
+        base, laser = transform("base_link", 0.0, 0.0), transform("laser", 0.0, 0.0)
+        base.header.frame_id, laser.header.frame_id = "odom", "base_link"
+        transforms.publish(TFMessage([base, laser]))
+        scans, commands = self.publisher("scan", LaserScan), self.publisher("cmd_vel", Twist)
+
+        def show(distance, until, what):
+            def step():
+                commands.publish(twist(0.2))
+                scans.publish(scan_of(np.full(101, distance), stamp=rospy.Time.now()))
+                return until()
+            wait_for(step, what, period=0.05)
+        begin = time.monotonic()
+        show(3.0, lambda: time.monotonic() - begin > 1.0, "a second with a wall far away")
+        self.assertEqual(self.stands, [])
+        show(0.7, lambda: self.stands, "a stand")
+        self.assertTrue(0.0 < self.stands[0].data <= 2.0, "what cmd_vel_mux takes")
+
 
 if __name__ == "__main__":
     rostest.rosrun("robotont_map_navigation", "navigation_monitor", NavigationMonitorTest)

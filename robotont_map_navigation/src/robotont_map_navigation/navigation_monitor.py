@@ -1,4 +1,4 @@
-"""Beside move_base: whether the map fits, room where the robot stands, staying at a goal, an end to pushing."""
+"""Beside move_base: whether the map fits, room where the robot stands, staying at a goal, not pushing, giving way."""
 
 import copy
 
@@ -8,6 +8,7 @@ from nav_msgs.msg import OccupancyGrid
 
 from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_map_navigation.arrival import Arrival
+from robotont_map_navigation.giving_way import GivesWay
 from robotont_map_navigation.held import Held
 from robotont_map_navigation.localization_check import LocalizationCheck
 from robotont_map_navigation.map_clearing import FootprintClearing
@@ -17,12 +18,12 @@ PARAMETERS = ()
 
 
 class NavigationMonitor:
-    """The four in one process, for which /tf, 100 messages per second, and the map are read once."""
+    """The five in one process, for which /tf, 100 messages per second, and the map are read once."""
 
     def __init__(self, _parameters):
         frames = Frames()
         self._readers = LocalizationCheck(frames), FootprintClearing(frames)
-        self._others = Arrival(), Held(frames.base)
+        self._others = Arrival(), Held(frames.base), GivesWay(frames)
         self._for_amcl, self._for_planning = (rospy.Publisher(f"map_for_{who}", OccupancyGrid, queue_size=1, latch=True)
                                               for who in ("amcl", "planning"))
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)

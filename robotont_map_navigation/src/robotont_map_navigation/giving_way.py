@@ -1,0 +1,89 @@
+"""Gives way: while something comes to where the robot drives, navigation stands, until it has passed or stands, too.
+
+Plans take all that they see for things that stand, and lead so close past a person, or another robot, that both touch.
+"""
+
+import math
+import random
+import time
+from collections import deque
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Float32
+
+from robotont_driver.kinematics.se2 import yaw_of
+from robotont_map_navigation.readings import place_of, rays_of
+
+NEAR = 1.0         # [m] from the sensor: what moves farther off may go anywhere
+BESIDE = 1.0       # [rad] to each side of the way
+BACK = 0.4         # [s] between two views that are compared
+FARTHER = 0.12     # [m] than a point lies now, the earlier view saw there
+ALIKE = 0.02       # [rad] between a ray and the earlier ones beside it
+POINTS = 3         # so many, in two scans on end, or it is noise
+WAIT = 0.4, 1.6    # [s] behind the last motion: by lot, for of two robots that wait for each other one has to begin
+ANOTHER = 3.0      # [s] without motion, and the next one draws again
+IDLE = 0.5         # [s] without a command, and nothing drives
+TIMEOUT = 0.05     # [s] for the transform of a scan
+
+
+class MovingThings:
+    """Finds what has come to where an earlier scan saw through; without ROS."""
+
+    def __init__(self):
+        self._views, self._found = deque(), False
+
+    def come(self, place, ends, free, way, now):
+        """Whether something that moves is near, and on the way.
+
+        place: (x, y) of the sensor [m]; ends: 2 x N, free: 2 x M [m], from there, as by `rays_of`, in axes that stand;
+        way: [rad] in these, or None; now: [s] of the scan.
+        """
+        rays = np.hstack([ends, free])
+        self._views.append((now, place, rays))
+        while len(self._views) > 1 and self._views[1][0] <= now - BACK:
+            self._views.popleft()
+        then, there, before = self._views[0]
+        found, self._found = self._found, False
+        if way is None or not BACK / 2 < now - then < 2 * BACK or not before.size:
+            return False
+        ahead = np.cos(np.arctan2(ends[1], ends[0]) - way) > math.cos(BESIDE)
+        points = ends[:, ahead & (np.hypot(*ends) < NEAR)] + np.subtract(place, there)[:, None]
+        across = np.outer(points[0], before[1]) - np.outer(points[1], before[0])
+        turns = np.arctan2(across, points.T @ before)
+        seen = np.where(abs(turns) < ALIKE, np.hypot(*before), math.inf).min(axis=1, initial=math.inf)
+        self._found = np.count_nonzero(np.isfinite(seen) & (seen > np.hypot(*points) + FARTHER)) >= POINTS
+        return found and self._found
+
+
+class GivesWay:
+    """`navigation/stand` while something comes."""
+
+    def __init__(self, frames):
+        self._frames, self._things = frames, MovingThings()
+        self._command, self._commanded = Twist(), -math.inf
+        self._wait, self._came = 0.0, -math.inf
+        self._stand = rospy.Publisher("navigation/stand", Float32, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("scan", LaserScan, self._on_scan, queue_size=1, tcp_nodelay=True)
+
+    def _on_command(self, message):
+        self._command, self._commanded = message, time.monotonic()
+
+    def _on_scan(self, scan):
+        sensor = self._frames.look_up(self._frames.odometry, scan.header.frame_id, scan.header.stamp, TIMEOUT)
+        base = self._frames.look_up(self._frames.odometry, self._frames.base)
+        now = time.monotonic()
+        if not (sensor and base) or now - self._commanded > IDLE:
+            return
+        ends, free = rays_of(scan, sensor)
+        wished = self._command.linear
+        way = yaw_of(base.rotation) + math.atan2(wished.y, wished.x) if wished.x or wished.y else None
+        if self._things.come(place_of(sensor)[:2], ends, free, way, scan.header.stamp.to_sec()):
+            if now - self._came > ANOTHER:
+                self._wait = random.uniform(*WAIT)
+                rospy.loginfo("navigation gives way: something comes")
+            self._came = now
+            self._stand.publish(self._wait)

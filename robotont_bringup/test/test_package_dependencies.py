@@ -80,7 +80,7 @@ def test_a_robot_gets_nothing_that_it_does_not_need():
 
 # Keys of rosdep's own lists (ros/rosdistro, rosdep/base.yaml and python.yaml) that our packages may use.
 RULES = {f"python3-{name}" for name in (
-    "hypothesis", "matplotlib", "mujoco-pip", "numpy", "opencv", "pil", "pytest", "qrcode",
+    "hypothesis", "matplotlib", "mujoco-pip", "numpy", "opencv", "pil", "prometheus-client", "pytest", "qrcode",
     "rospkg", "scipy", "serial", "setuptools", "tornado", "yaml")} | {"iputils-ping", "liburdfdom-tools"}
 
 

@@ -145,5 +145,7 @@ for number in itertools.count():
     wait_for(lambda: len(rig.stop_state()["stand"]) == len(NAMES), "the confirmations")
     names = [one["name"] for one in rig.view()["robots"] if one["name"] in NAMES]
     assert sorted(names) == sorted(NAMES)
-    assert all(one["present"] and one["driver"] and one["need"] != "silent" for one in rig.view()["robots"]
-               if one["name"] in NAMES)
+    lines = rig.request("GET", "/metrics")[2].decode().splitlines()
+    for name in NAMES:
+        up, = (line for line in lines if line.startswith("robotont_up{") and f'robot="{name}"' in line)
+        assert up.endswith(" 1.0")

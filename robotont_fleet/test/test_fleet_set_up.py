@@ -1,13 +1,15 @@
-"""What a fleet is set up with: keys, names, passwords, maps, ports. Without a network."""
+"""What a fleet is set up with: keys, names, passwords, maps, ports; and its metrics. Without a network."""
 
 import re
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from prometheus_client.parser import text_string_to_metric_families
 
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet_page import arguments, read_ground
 from robotont_fleet.zenoh_setup import add_users, read_users, router_settings
+from robotont_teleop.web.metrics import metrics
 from robotont_teleop.web.page_setup import SetUpError
 
 
@@ -66,6 +68,16 @@ def test_a_map_that_is_none_is_refused_with_words(tmp_path, yaml, image, words):
         read_ground(tmp_path / "m.yaml")
     assert str(raised.value).startswith(f"--map {tmp_path}/m.yaml: ")
     assert re.search(words, str(raised.value))
+
+
+def test_metrics_are_read_by_prometheus_own_parser():
+    text = metrics([{"name": "r1", "id": "a", "up": True, "age": None}, {"name": "r2", "up": False, "age": 0.5}],
+                   {"r1": {'a "task"\n': {"level": 2}}, "r2": {"half \ud800": {"n": 3}}}).decode()
+    found = {family.name: [(*map(one.labels.get, ("robot", "id", "task", "key")), one.value) for one in family.samples]
+             for family in text_string_to_metric_families(text)}
+    assert found["robotont_up"] == [("r1", "a", None, None, 1.0), ("r2", "", None, None, 0.0)]
+    assert found["robotont_state_age_seconds"] == [("r2", "", None, None, 0.5)]
+    assert found["robotont_diagnostic"] == [("r1", None, 'a "task"\n', "level", 2.0), ("r2", None, "half ?", "n", 3.0)]
 
 
 @pytest.mark.parametrize("words, found", [

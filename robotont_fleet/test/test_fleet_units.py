@@ -18,6 +18,7 @@ from robotont_fleet.known_robots import NEEDS, Fleet
 from robotont_fleet.mailbox import Mailbox
 from robotont_fleet.messages import TO_PAGE, TO_ROBOT, read_order, read_state
 from robotont_teleop.web.frame_chain import FrameChain
+from robotont_teleop.web.metrics import metrics
 from robotont_testing.harness import wait_for
 
 
@@ -424,6 +425,8 @@ def test_whatever_is_said_becomes_sound_json_or_nothing(payload):
             continue
         assert json.loads(json.dumps(found, allow_nan=False)) == found
         assert read is not read_state or found["page"] == "" or found["page"].startswith(("http://", "https://"))
+        if read is read_state:
+            metrics([{**found, "name": "r1", "up": True, "age": 0.0}], {})
 
 
 def transform(parent, child, x):

@@ -79,10 +79,11 @@ def browser():
 def test_only_who_has_the_token_sees_and_orders():
     with Served(2, TOKEN) as server:
         stop = json.dumps({"kind": "stop"})
-        for path in ("/robots", "/map.png"):
-            assert server.ask("GET", path) == 401
+        for path in ("/robots", "/metrics", "/map.png"):
+            assert server.ask("GET", path, Authorization="Bearer wrong") == 401
         assert server.ask("POST", "/order", stop) == 401
         assert b'id="token"' in server.request("GET", "/")[2]
+        assert server.ask("GET", "/metrics", Authorization=f"Bearer {TOKEN}") == 200
         _, headers, _ = server.request("POST", "/login", f"token={TOKEN}", Origin=f"http://127.0.0.1:{server.port}",
                                        Content_Type="application/x-www-form-urlencoded")
         cookie = headers["Set-Cookie"].partition(";")[0]

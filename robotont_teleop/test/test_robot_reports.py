@@ -33,6 +33,7 @@ def test_faults_of_the_own_robot_only(monkeypatch, namespace, own):
                                  values=[KeyValue("board", robot)]) for name, robot in order.items()]))
     assert [light["name"] for light in reports.lights] == own
     assert {light["key"] for light in reports.lights if "link" in light["name"]} == {"port_missing"}
+    assert list(reports.values) == own
     assert reports.board in ("robotont", "R200", namespace.strip("/"))
 
 

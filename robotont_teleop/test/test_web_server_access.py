@@ -10,10 +10,17 @@ FORM = {"Content_Type": "application/x-www-form-urlencoded"}
 def test_without_a_token_one_gets_the_login_page_only(guarded):
     status, _, body = guarded.request("GET", "/")
     assert (status, b'name="token"' in body, b'id="stop"' in body) == (401, True, False)
-    for path in ("/map.png", "/camera.jpg", "/?token=" + TOKEN):
+    for path in ("/map.png", "/camera.jpg", "/metrics", "/?token=" + TOKEN):
         assert guarded.request("GET", path)[0] == 401
     with pytest.raises(HTTPClientError, match="401"):
         guarded.page()
+
+
+def test_prometheus_shows_the_token_as_a_bearer_token(guarded):
+    status, headers, body = guarded.request("GET", "/metrics", Authorization="Bearer " + TOKEN)
+    assert (status, headers["Content-Type"]) == (200, "text/plain; version=0.0.4; charset=utf-8")
+    assert b'robotont_diagnostic{key="level",robot="r1",task="link"} 0.0\n' in body
+    assert guarded.request("GET", "/metrics", Authorization="Bearer wrong")[0] == 401
 
 
 def test_the_token_gives_a_cookie_that_opens_and_no_other_one(guarded):

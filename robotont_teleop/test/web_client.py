@@ -62,6 +62,9 @@ class NotedRobot:
                 "stopped": self.stopped, "stop_waits": False, "pressed_here": self.stopped,
                 "heard": True}
 
+    def figures(self):
+        return [{"name": "r1", "up": True, "age": None}], {"r1": {"link": {"level": 0}}}
+
     def status(self):
         return {"frame": "odom", "lights": [], "board": "", "battery": None, "radius": None, "near": [], "map": None,
                 "scan": None, "camera": False, "navigation": False, "goal": None, "note": {"number": 0, "words": ""}}

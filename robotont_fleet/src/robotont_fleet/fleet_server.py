@@ -5,9 +5,10 @@ import asyncio
 import tornado.web
 
 from robotont_driver.link.boot_clock import boot_time
-from robotont_fleet.known_robots import REPEAT
+from robotont_fleet.known_robots import REPEAT, SILENT
 from robotont_fleet.messages import TO_PAGE, read_order
 from robotont_fleet.zenoh_keys import check_name
+from robotont_teleop.web.metrics import metrics
 from robotont_teleop.web.page_server import PageServer
 from robotont_teleop.web.web_handlers import Guarded
 
@@ -24,6 +25,12 @@ class FleetServer(PageServer):
     def listen(self, address, port):
         """Serve; returns the page's URL. Raises SetUpError."""
         return self.serve([(r"/robots", RobotsHandler), (r"/order", OrderHandler)], address, port)
+
+    def metrics(self):
+        """For Prometheus."""
+        robots = self.fleet.view(boot_time())["robots"]
+        return metrics([{**one, "up": one["present"] and one.get("driver") and one["age"] <= SILENT}
+                        for one in robots], {})
 
     async def repeat_stops(self):
         """For ever: what is not confirmed is sent again."""

@@ -19,7 +19,7 @@ FORGOTTEN = 60.0  # [s] ... and then no more
 LEVELS, SILENCE = (0, 1, 2), 3  # of diagnostic_msgs/DiagnosticStatus; and beside them
 SILENT_LIGHT = {"level": SILENCE, "words": f"silent for {SILENT:g} s", "key": "silent"}
 LONGEST_WAY = 0.5  # [m] between two poses; beyond, the odometry was reset
-MOST, LONGEST_NAME, LONGEST_WORDS = 96, 80, 200
+MOST, LONGEST_NAME, LONGEST_WORDS, MOST_VALUES = 96, 80, 200, 100
 
 
 class RobotReports:
@@ -29,7 +29,7 @@ class RobotReports:
         namespace = rospy.get_namespace().strip("/") if namespace is None else namespace
         self._prefix = namespace and namespace + "/"
         self._others = set()  # prefixes of other robots' nodes, for which "hardware" is the robot
-        self._tasks = {}      # name: (time [s], light)
+        self._tasks = {}      # name: (time [s], light, {key: number})
         self._newest = {}     # name: (time [s], value) of values that become stale
         self._place = None    # of the newest odometry
         self.base_frame = ""  # as the odometry names it
@@ -60,9 +60,7 @@ class RobotReports:
     @property
     def lights(self):
         """[{"name", "level", "words", "key"}] of all tasks, the worst first, for JSON; key: of the fault, or ""."""
-        now, tasks, others = boot_time(), dict(self._tasks), tuple(self._others)  # copies: others write meanwhile
-        found = [light if now - at < SILENT else {**light, **SILENT_LIGHT}
-                 for name, (at, light) in sorted(tasks.items()) if not name.startswith(others)]
+        found = [light for light, _ in self._now()]
         charge = (self.battery or {}).get("charge")
         if charge is not None and charge <= LOW and all(light["key"] != "battery_low" for light in found):
             found.append({"name": "battery", "level": 1, "words": f"{charge:.0%} left", "key": "battery_low"})
@@ -76,11 +74,21 @@ class RobotReports:
 
     @property
     def summary(self):
-        """How it is, for JSON: what its page and the fleet tell alike; nothing of it is old."""
+        """How it is, for JSON: what its page, the fleet and /metrics tell alike; nothing of it is old."""
         velocity = self.velocity
         speed = velocity and (math.hypot(*velocity[:2]), velocity[2])
         return {"speed": rounded(speed, 3), "driven": round(self.driven, 2), "battery": self.battery,
                 "driven_by": self.driven_by, "worst": self.worst}
+
+    @property
+    def values(self):
+        """{task: {"level", key: number}}, for JSON."""
+        return {light["name"]: {"level": light["level"], **values} for light, values in self._now()}
+
+    def _now(self):
+        now, tasks, others = boot_time(), dict(self._tasks), tuple(self._others)  # copies: others write meanwhile
+        return [(light if now - at < SILENT else {**light, **SILENT_LIGHT}, values)
+                for name, (at, light, values) in sorted(tasks.items()) if not name.startswith(others)]
 
     def _keep(self, name, value):
         self._newest[name] = boot_time(), value
@@ -121,8 +129,10 @@ class RobotReports:
             level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
             level = level if level in LEVELS else SILENCE
             words = status.message[:LONGEST_WORDS]
+            values = {value.key[:LONGEST_NAME]: _number(value.value) for value in status.values[:MOST_VALUES]}
             key = "silent" if level == SILENCE else fault_key(name, words) if level else ""
-            tasks[name] = now, {"name": name, "level": level, "words": words, "key": key}
+            tasks[name] = (now, {"name": name, "level": level, "words": words, "key": key},
+                           {key: number for key, number in values.items() if number is not None})
             self.board = next((value.value[:LONGEST_WORDS] for value in status.values if value.key == "board"),
                               self.board)
 
@@ -140,3 +150,11 @@ def rounded(values, decimals):
 def finite(value, decimals):
     """The value rounded, or None where it is not finite."""
     return round(value, decimals) if value is not None and math.isfinite(value) else None
+
+
+def _number(text):
+    try:
+        value = float(text[:40].split()[0])
+    except (ValueError, IndexError):
+        return None
+    return value if math.isfinite(value) else None

@@ -7,7 +7,7 @@ import tornado.netutil
 import tornado.web
 
 from robotont_teleop.web.page_setup import SetUpError, make_tls, own_address
-from robotont_teleop.web.web_handlers import FileHandler, LoginHandler, MapHandler
+from robotont_teleop.web.web_handlers import FileHandler, LoginHandler, MapHandler, MetricsHandler
 
 MAX_CONNECTIONS = 64  # open at once, pages among them
 LARGEST_BODY, LARGEST_HEADER = 1024, 8192  # [bytes] of a request
@@ -17,7 +17,7 @@ IDLE, BODY_TIMEOUT = 20.0, 5.0  # [s] an HTTP connection may be idle, a body may
 class PageServer:
     """access: `Access`. names: host names under which browsers may come. files: as of `read_files`.
 
-    Subclasses have `map_picture`, a PNG or None.
+    Subclasses have `map_picture`, a PNG or None, and `metrics()`, text for Prometheus.
     """
 
     def __init__(self, access, names, files):
@@ -33,8 +33,8 @@ class PageServer:
         except OSError as error:
             raise SetUpError(f"port {port} of {address}: {error.strerror or error}; choose another one") from None
         application = tornado.web.Application(
-            [*handlers, (r"/login", LoginHandler), (r"/map\.png", MapHandler), (r"/(.*)", FileHandler)],
-            log_function=lambda handler: None, **options)
+            [*handlers, (r"/login", LoginHandler), (r"/map\.png", MapHandler), (r"/metrics", MetricsHandler),
+             (r"/(.*)", FileHandler)], log_function=lambda handler: None, **options)
         application.web_server = self
         self.http_server = LimitedServer(
             application, ssl_options=tls, max_header_size=LARGEST_HEADER, max_body_size=LARGEST_BODY,

@@ -102,6 +102,11 @@ class RobotView(RobotReports):
                 "camera": self.camera.present, "navigation": self._goto.answers, "goal": self._goal.shown,
                 "note": self._note}
 
+    def figures(self):
+        """What `metrics` wants."""
+        return [{**self.summary, "name": self.name, "up": self.emergency_stop.has_driver, "age": 0.0,
+                 "stopped": self.emergency_stop.pressed}], {self.name: self.values}
+
     def _look_for_wheels(self):
         """Learn which robot runs, before or after this node was started; returns the time to rest."""
         with contextlib.suppress(OSError, ParameterError, rosgraph.MasterException):

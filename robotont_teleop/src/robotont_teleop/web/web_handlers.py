@@ -10,6 +10,7 @@ import tornado.web
 from tornado.iostream import StreamClosedError
 
 from robotont_teleop.web.access import host_allowed, origin_allowed
+from robotont_teleop.web.metrics import KIND
 
 COOKIE_DAYS = 90
 PAGE, LOGIN_PAGE = "index.html", "login.html"
@@ -112,6 +113,21 @@ class LoginHandler(Guarded, tornado.web.RequestHandler):
         self.set_cookie(access.cookie_name, access.cookie, expires_days=COOKIE_DAYS, path="/", httponly=True,
                         samesite="Strict", secure=self.server.scheme == "https")
         self.redirect("/", status=303)
+
+
+class MetricsHandler(Guarded, tornado.web.RequestHandler):
+    """For Prometheus, which shows the page's token as a bearer token."""
+
+    @property
+    def authorised(self):
+        """Whether the request shows the token, or a browser has shown it before."""
+        kind, _, token = self.request.headers.get("Authorization", "").partition(" ")
+        return super().authorised or (kind == "Bearer" and self.server.access.knows(token))
+
+    def get(self):
+        """Called by tornado."""
+        self.set_header("Content-Type", KIND)
+        self.finish(self.server.metrics())
 
 
 class MapHandler(Guarded, tornado.web.RequestHandler):

@@ -1,7 +1,7 @@
 """The web server of the page: logins and messages in, the newest state out. Free of ROS.
 
 `robot` (RobotView in web_teleop_node) is the robot of the pages: `send(twist)`, `goal(x, y)`, `cancel()`, the
-orders without values of page_messages, and its `emergency_stop`, which never wait; `state()`, `status()`,
+orders without values of page_messages, and its `emergency_stop`, which never wait; `state()`, `status()`, `figures()`,
 `map_picture`, `camera`, `name`.
 """
 
@@ -10,6 +10,7 @@ import itertools
 import json
 import time
 
+from robotont_teleop.web.metrics import metrics
 from robotont_teleop.web.page_messages import read_message
 from robotont_teleop.web.page_server import PageServer
 from robotont_teleop.web.page_socket import GOING_AWAY, PageSocket
@@ -122,6 +123,10 @@ class WebServer(PageServer):
             texts = [json.dumps(one) for one in told]
             for page in tuple(self.pages):
                 page.feed(texts)
+
+    def metrics(self):
+        """Text for Prometheus."""
+        return metrics(*self.robot.figures())
 
     @property
     def map_picture(self):

@@ -1,8 +1,8 @@
 # The tests of ./robotont test, which sources this: their order, mutants, Python 3.8, fresh systems.
 # shellcheck shell=bash disable=SC2164 # robotont has set -e
 
-# With arguments what they name; else lint and all tests, in three steps: rostests, three at a time, beside lint and three
-# of those that start processes; those that measure time, three at a time; those that need the machine to themselves. What
+# With arguments what they name; else lint and all tests, in three steps: rostests, three at a time, beside lint and four
+# of those that start processes; those that measure time, four at a time; those that need the machine to themselves. What
 # only computes fills, at the lowest priority, the time in which those of the first two steps wait. Each pytest gets the
 # files that hold its tests, for to collect them all takes 3 s of processor time in each of its processes; a file stays in
 # one process, the longest first (conftest.py).
@@ -34,12 +34,12 @@ run_tests() {
     units=$!
     "${pytest[@]}" -m "not timed and $usual" -n 3 --dist load --maxschedchunk 1 robotont_*/test/*.test >"$WORK/rostests.log" 2>&1 &
     rostests=$!
-    "${pytest[@]}" -m "not timed and $usual" -n 3 "${by_file[@]}" "${starting[@]}" || status=$?
+    "${pytest[@]}" -m "not timed and $usual" -n 4 "${by_file[@]}" "${starting[@]}" || status=$?
     wait "$rostests" || status=$?
     cat "$WORK/rostests.log"
     wait "$style" || status=$?
     cat "$WORK/lint.log"
-    "${pytest[@]}" -m "timed and not alone and $usual" -n 3 "${by_file[@]}" "${timed[@]}" || status=$?
+    "${pytest[@]}" -m "timed and not alone and $usual" -n 4 "${by_file[@]}" "${timed[@]}" || status=$?
     wait "$units" || status=$?
     cat "$WORK/computing.log"
     "${pytest[@]}" -m "alone and $usual" "${alone[@]}" || status=$?

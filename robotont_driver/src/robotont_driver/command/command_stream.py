@@ -57,6 +57,10 @@ class CommandStream:
             (self._stand_first.press if pressed else self._stand_first.release)(now)
         return changed
 
+    def end(self):
+        """Stand: the node ends. That is no emergency stop, behind which senders would have to stop first."""
+        self.stopped, self._target = True, None
+
     def limit_wheels(self, fastest):
         """The board cannot turn a wheel faster than this [m/s]; 0: as fast as the limits allow."""
         speeds = [speed for speed in (self._given.wheel_speed, fastest) if speed > 0.0]

@@ -156,7 +156,7 @@ class DriverNode:
 
     def _stop(self):
         with self._lock:
-            self._stream.emergency_stop(True, boot_time())
+            self._stream.end()
             self._send()
 
     def _report(self):

@@ -6,9 +6,6 @@ from unittest.mock import Mock
 
 import pytest
 from fleet_rig import STATE
-from geometry_msgs.msg import TransformStamped
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_fleet import fleet_node, fleet_page, fleet_server, robot_telemetry
@@ -16,9 +13,6 @@ from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet_page import StopFile
 from robotont_fleet.known_robots import NEEDS, Fleet
 from robotont_fleet.mailbox import Mailbox
-from robotont_fleet.messages import TO_PAGE, TO_ROBOT, read_order, read_state
-from robotont_teleop.web.frame_chain import FrameChain
-from robotont_teleop.web.metrics import metrics
 from robotont_testing.harness import wait_for
 
 
@@ -391,67 +385,3 @@ def test_a_goal_goes_out_only_where_the_robot_may_follow_it(telemetry, monkeypat
     assert bool(refusal) == bool(words)
     sent = [call[0][0] for call in telemetry._goals.publish.call_args_list]
     assert [(goal.header.frame_id, *pose_of(goal.pose)) for goal in sent] == [("map", 1.0, 2.0, math.pi)] * (not words)
-
-
-def test_orders_are_read_as_they_were_sent():
-    for order in ({"kind": "stop"}, {"kind": "stop", "name": "r1"}, {"kind": "release", "newest": "a"}, GOAL):
-        assert read_order(json.dumps(order).encode(), TO_PAGE) == order
-    for order in ({"kind": "stop", "number": "a-1"}, {"kind": "release", "number": "a-1", "id": "a", "seen": 7}, GOAL):
-        assert read_order(json.dumps(order).encode(), TO_ROBOT) == order
-
-
-@pytest.mark.parametrize("payload", [
-    "", "[]", "{}", "null", '"stop"', b"\xff", "[" * 500, '{"kind": "drive"}', '{"kind": ["stop"]}',
-    '{"kind": "cancel"}', '{"kind": "stop", "name": [1]}', json.dumps({"kind": "stop", "name": "r" * 600}),
-    *(json.dumps({**GOAL, key: value}) for key, value in (("x", math.nan), ("x", 1000.1), ("y", None), ("x", True),
-                                                           ("seen", math.inf), ("seen", 10 ** 400), ("id", 3)))])
-def test_what_is_no_order_is_refused(payload):
-    with pytest.raises(ValueError, match="no order"):
-        read_order(payload if isinstance(payload, bytes) else payload.encode(), TO_PAGE)
-
-
-ODD = st.none() | st.text() | st.floats() | st.sampled_from([10 ** 400, True]) | st.lists(
-    st.floats() | st.text(), max_size=4) | st.dictionaries(st.text(max_size=8), st.floats() | st.text(), max_size=2)
-
-
-@settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)
-@given(st.binary(max_size=200) | st.dictionaries(st.sampled_from(sorted(STATE)), ODD).map(
-    lambda fields: json.dumps({**STATE, **fields}).encode()))
-def test_whatever_is_said_becomes_sound_json_or_nothing(payload):
-    for read in (read_state, lambda text: read_order(text, TO_ROBOT)):
-        try:
-            found = read(payload)
-        except ValueError:
-            continue
-        assert json.loads(json.dumps(found, allow_nan=False)) == found
-        assert read is not read_state or found["page"] == "" or found["page"].startswith(("http://", "https://"))
-        if read is read_state:
-            metrics([{**found, "name": "r1", "up": True, "age": 0.0}], {})
-
-
-def transform(parent, child, x):
-    message = TransformStamped(child_frame_id=child)
-    message.header.frame_id = parent
-    message.transform.translation.x, message.transform.rotation.w = x, 1.0
-    return message
-
-
-def test_the_chain_holds_the_robots_frames_only_without_the_namespace():
-    base, chain = "robot1/base_link", FrameChain("robot1/")
-    chain.hear([transform("robot1/base_link", "robot1/wheel", 9.0), transform("map", "robot1/odom", 1.0)], 0.0)
-    assert chain.links(base, 0.0) == []
-    chain.hear([transform("robot1/base_footprint", "robot1/base_link", 0.1)], 0.0, fixed=True)
-    chain.hear([transform("robot1/odom", "robot1/base_footprint", 2.0)], 0.0)
-    assert chain.pose(base, 0.5) == ("map", pytest.approx((3.1, 0.0, 0.0)))
-    chain.hear([transform("robot1/base_link", "laser", 0.2)], 0.0, fixed=True)
-    assert chain.pose("laser", 0.5, base) == ("base_link", pytest.approx((0.2, 0.0, 0.0)))
-    hanging = transform("laser", "camera", 0.0)
-    hanging.transform.translation.y, hanging.transform.rotation.w, hanging.transform.rotation.x = 0.3, 0.0, 1.0
-    chain.hear([hanging, transform("camera", "lens", 0.1)], 0.0, fixed=True)
-    chain._newest["lens"][0].transform.translation.y = 0.05
-    assert chain.pose("lens", 0.5, base) == ("base_link", pytest.approx((0.3, 0.25, 0.0)))  # its left is the right
-    assert chain.pose(base, 1.5) == ("", None)  # the odometry is silent
-    chain.hear([transform("map", f"other{number}", 0.0) for number in range(600)], 1.5)
-    assert chain.links("other599", 1.5) == []  # too many
-    chain.hear([transform("robot1/odom", "robot1/base_footprint", 3.0)], 2.0)
-    assert chain.pose(base, 2.5) == ("map", pytest.approx((4.1, 0.0, 0.0)))  # a place on the map holds on

@@ -119,22 +119,27 @@ class NavigationMonitorTest(NodeTest):
         self.assertEqual([*self.cancelled, *self.stands], [])
 
     def test_navigation_stands_while_something_comes(self):
+        """Of two scanners on one topic, of which the lower one sees something that stands."""
         transforms = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
-        base, laser = transform("base_link", 0.0, 0.0), transform("laser", 0.0, 0.0)
-        base.header.frame_id, laser.header.frame_id = "odom", "base_link"
-        transforms.publish(TFMessage([base, laser]))
+        frames = [transform(child, 0.0, 0.0) for child in ("base_link", "laser", "low_laser")]
+        for frame, parent in zip(frames, ("odom", "base_link", "base_link")):
+            frame.header.frame_id = parent
+        transforms.publish(TFMessage(frames))
         scans, commands = self.publisher("scan", LaserScan), self.publisher("cmd_vel", Twist)
 
         def show(distance, until, what):
             def step():
                 commands.publish(twist(0.2))
-                scans.publish(scan_of(np.full(101, distance), stamp=rospy.Time.now()))
+                for frame, seen in (("laser", distance(time.monotonic() - begin)), ("low_laser", 0.8)):
+                    scan = scan_of(np.full(101, seen), stamp=rospy.Time.now())
+                    scan.header.frame_id = frame
+                    scans.publish(scan)
                 return until()
             wait_for(step, what, period=0.05)
         begin = time.monotonic()
-        show(3.0, lambda: time.monotonic() - begin > 1.0, "a second with a wall far away")
+        show(lambda _: 3.0, lambda: time.monotonic() - begin > 1.5, "a second with a wall far away")
         self.assertEqual(self.stands, [])
-        show(0.7, lambda: self.stands, "a stand")
+        show(lambda now: 3.0 if now % 1.2 < 0.6 else 0.7, lambda: self.stands, "a stand")  # comes and goes
         self.assertTrue(0.0 < self.stands[0].data <= 2.0, "what cmd_vel_mux takes")
 
 

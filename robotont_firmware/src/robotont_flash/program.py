@@ -134,9 +134,8 @@ def flash(port, profile, yes):
             copying.identify(port, files)
             if there:
                 print(f"The board has firmware {there.version}; it gets {new} now.")
-            copying.copy(port, files)
             yield EXCHANGING
-            copying.exchange(port, files)
+            copying.copy(port, files)
         yield NEW
         print(f"Copied to {port}. The board restarts.")
         copying.mpremote(port, "reset")

@@ -7,7 +7,7 @@ import time
 from robotont_testing import places
 from robotont_testing.harness import wait_for
 from robotont_testing.robots import WHEEL_PARAMS
-from robotont_testing.two_machines import ADDRESSES, TwoMachines
+from robotont_testing.two_machines import TwoMachines
 
 # argv: topic, file of orders. Each line: a word to publish once, or "WORD RATE" for ever, until the next line.
 BUTTON = """
@@ -57,20 +57,16 @@ class Presses(TwoMachines):
     def __init__(self, robots, seed=1):
         super().__init__(slow=True, seed=seed)
         self._buttons, self._orders, self._starts = {}, {}, 0
-        self.on("robot", "rosmaster", "--core", "-p", "11311", **self._environment("robot"))
-        wait_for(lambda: not self.run("robot", "rosparam", "list", **self._environment("robot")).returncode, "a master")
+        self.on("robot", "rosmaster", "--core", "-p", "11311", **self.environment("robot"))
+        wait_for(lambda: not self.run("robot", "rosparam", "list", **self.environment("robot")).returncode, "a master")
         for robot in robots:
-            self.run("robot", "rosparam", "load", WHEEL_PARAMS, robot, **self._environment("robot")).check_returncode()
+            self.run("robot", "rosparam", "load", WHEEL_PARAMS, robot, **self.environment("robot")).check_returncode()
             self.on("robot", places.program("robotont_driver", "driver_node"), f"__ns:={robot}",
-                    log=self.folder / f"{robot}.log", **self._environment("robot"))
+                    log=self.folder / f"{robot}.log", **self.environment("robot"))
         self._heard = self.folder / "pressed_by"
         self._listener = self.on("robot", "/usr/bin/python3", "-c", LISTENER, *robots, log=self._heard,
-                                 **self._environment("robot"))
+                                 **self.environment("robot"))
         wait_for(lambda: len({robot for _, robot, *_ in self.heard()}) == len(robots), "the robots", timeout=60.0)
-
-    def _environment(self, machine):
-        return {"ROS_MASTER_URI": f"http://{ADDRESSES['robot']}:11311", "ROS_IP": ADDRESSES[machine],
-                "ROS_LOG_DIR": str(self.folder), "ROS_HOSTNAME": ADDRESSES[machine]}
 
     def close(self):
         """End all, at once."""
@@ -101,7 +97,7 @@ class Presses(TwoMachines):
         self._orders[button].write_text(words and words + "\n")
         log = self.folder / f"button.{self._starts}"
         process = self.on("laptop", "/usr/bin/python3", "-c", BUTTON, f"/{robot}/emergency_stop", self._orders[button],
-                          f"__name:={button}", log=log, **self._environment("laptop"))
+                          f"__name:={button}", log=log, **self.environment("laptop"))
         self._buttons[button] = process, log
 
     def kill_button(self, button, how=signal.SIGKILL):

@@ -4,7 +4,6 @@ A robot and its commanders, on two machines. Where one that drove is killed, hun
 """
 
 import os
-import shutil
 import signal
 import subprocess
 import time
@@ -14,7 +13,7 @@ import pytest
 from robotont_testing import places
 from robotont_testing.harness import suspend, wait_for
 from robotont_testing.stand_in_board import Board, speeds_of
-from robotont_testing.two_machines import ADDRESSES, NoNamespacesError, TwoMachines
+from robotont_testing.two_machines import ADDRESSES, TwoMachines
 
 pytestmark = pytest.mark.timed
 LATE = 1.0   # [s] besides the length of an outage, within which TCP brings what waited
@@ -50,12 +49,8 @@ class Stage(TwoMachines):
         self._read = 0
         self._commanders = {}
         self.robot = self.on("robot", "roslaunch", places.launch("robot.launch"), f"port:={self.board.link}",
-                             "description:=false", log=self.folder / "robot.log", **self._environment("robot"))
+                             "description:=false", log=self.folder / "robot.log", **self.environment("robot"))
         wait_for(lambda: self.pid("driver_node"), "the robot", timeout=60)
-
-    def _environment(self, machine):
-        return {"ROS_MASTER_URI": f"http://{ADDRESSES['robot']}:11311", "ROS_IP": ADDRESSES[machine],
-                "ROS_LOG_DIR": str(self.folder)}
 
     def close(self):
         self.board.close()
@@ -77,7 +72,7 @@ class Stage(TwoMachines):
         file.write_text(order)
         if who not in self._commanders:
             self._commanders[who] = self.on("laptop", "/usr/bin/python3", "-c", COMMANDER, file, latch,
-                                            log=self.folder / f"{who}.log", **self._environment("laptop"))
+                                            log=self.folder / f"{who}.log", **self.environment("laptop"))
 
     def said(self, who):
         """What a commander, or the robot, has printed."""
@@ -145,15 +140,7 @@ class Stage(TwoMachines):
 
 @pytest.fixture(scope="module")
 def both():
-    for name in ("ROS_IP", "ROS_HOSTNAME", "ROS_MASTER_URI"):
-        os.environ.pop(name, None)
-    if not shutil.which("nft"):
-        pytest.skip("no nft: sudo apt-get install nftables")
-    try:
-        both = Stage()
-    except NoNamespacesError as error:
-        pytest.skip(str(error))
-    with both:
+    with Stage() as both:
         yield both
 
 

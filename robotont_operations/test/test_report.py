@@ -53,14 +53,16 @@ def test_what_fails_or_of_which_nothing_may_be_kept_is_in_the_notes_and_a_small_
     assert re.search(r"r\.tar\.gz: [1-9][0-9]* kB;", said)
 
 
-def test_logs_are_those_of_own_nodes(run, tmp_path):
+def test_logs_are_those_of_own_nodes_without_users_in_addresses(run, tmp_path):
+    """rospy writes "Unable to register with master node [http://me:hunter22@...]"."""
+    own, words = ("robot1-driver_node-2.log", "driver_node-2-stdout.log"), "[http://{}127.0.0.1:1/]: 3@4 /home/@x"
     (tmp_path / "logs/latest").mkdir(parents=True)
-    for name in ("robot1-driver_node-2.log", "driver_node-2-stdout.log", "web_teleop_node-3.log", "rosout.log",
-                 "roslaunch-host-5.log", "fleet_node-1.log", "driver_node_of_mine-1.log", "master.log"):
-        (tmp_path / "logs/latest" / name).write_text(name if "driver_node-" in name else SECRET)
+    for name in (*own, "web_teleop_node-3.log", "rosout.log", "roslaunch-host-5.log", "fleet_node-1.log",
+                 "driver_node_of_mine-1.log", "master.log"):
+        (tmp_path / "logs/latest" / name).write_text(words.format("me:hunter22@") if name in own else SECRET)
     _, found = run()
-    assert {name.rpartition("/")[2] for name in found if "/logs/" in name} == {
-        "robot1-driver_node-2.log", "driver_node-2-stdout.log"}
+    logs = {name.rpartition("/")[2]: text for name, text in found.items() if "/logs/" in name}
+    assert logs == dict.fromkeys(own, words.format(""))
     assert not [name for name, text in found.items() if "hunter22" in text]
 
 
@@ -113,10 +115,3 @@ def test_of_the_black_box_numbers_remain_and_what_own_nodes_say_of_themselves():
 ])
 def test_of_others_lines_are_kept_only_those_that_begin_as_one_that_is_wanted(file, line, kept):
     assert (re.match(report.COMMANDS[f"logs/{file}.txt"][1], line) or [""])[0] == line * kept
-
-
-def test_a_password_in_an_address_is_left_out(tmp_path):
-    """rospy writes "Unable to register with master node [http://me:hunter22@...]"."""
-    gathered = report.Report(tmp_path)
-    gathered.text("x.log", f"node [http://me:{SECRET.split()[1]}@127.0.0.1:11311/]: 3@4 /home/@x")
-    assert (tmp_path / "x.log").read_text() == "node [http://127.0.0.1:11311/]: 3@4 /home/@x"

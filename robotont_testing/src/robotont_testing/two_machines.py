@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+import unittest
 
 from robotont_testing import slow_link
 from robotont_testing.harness import Processes, wait_for
@@ -13,33 +14,35 @@ HOSTS = "127.0.0.1 localhost\n10.77.0.1 robot\n10.77.0.2 laptop\n"
 TOOLS = ("unshare", "nsenter", "ip")
 
 
-class NoNamespacesError(Exception):
-    """Namespaces cannot be made here; holds the reason."""
+class NoMachinesError(unittest.SkipTest):
+    """Namespaces cannot be made here, or their firewall; holds the reason. pytest skips what raises it."""
 
 
 class TwoMachines(Processes):
     """Each machine has a network, a host name, /etc/hosts and /etc/resolv.conf of its own; the rest they share.
 
     They reach each other through a switch, whose ports lose their carrier when the cable is cut. No name server
-    answers.
+    answers. What ROS' variables name in this process is forgotten.
     slow: through a `slow_link` instead, whose delay and loss `link` sets; seed: of what is lost there.
-    Raises NoNamespacesError with the reason.
+    Raises NoMachinesError with the reason.
     """
 
     def __init__(self, slow=False, seed=1):
         super().__init__()
+        for name in ("ROS_IP", "ROS_HOSTNAME", "ROS_MASTER_URI"):
+            os.environ.pop(name, None)
         self._slow = slow
         self._seed = seed
         lacking = [tool for tool in TOOLS if not shutil.which(tool)]
         if lacking:
-            raise NoNamespacesError("these commands are missing: " + ", ".join(lacking))
+            raise NoMachinesError("these commands are missing: " + ", ".join(lacking))
         self._pids = {}
         self._enter = ["-U", "--preserve-credentials"] if os.getuid() else []
         try:
             self._make()
         except (subprocess.CalledProcessError, AssertionError) as error:
             super().close()  # not that of a class made of this, which is not complete yet
-            raise NoNamespacesError(f"no namespaces here: {getattr(error, 'stderr', '') or error}".strip()) from None
+            raise NoMachinesError(f"no namespaces here: {getattr(error, 'stderr', '') or error}".strip()) from None
 
     def _make(self):
         self._hold("switch", ["unshare", *(["--user", "--map-root-user"] if os.getuid() else [])])
@@ -88,6 +91,11 @@ class TwoMachines(Processes):
     def _ip(self, name, words):
         self.check(name, "ip", *words.split())
 
+    def environment(self, name):
+        """Variables of a ROS node on a machine, with a master on the robot."""
+        return {"ROS_MASTER_URI": f"http://{ADDRESSES['robot']}:11311", "ROS_IP": ADDRESSES[name],
+                "ROS_LOG_DIR": str(self.folder)}
+
     def on(self, name, *command, log=None, **environment):
         """Start a process on a machine; returns its Popen."""
         return self.start(*self._inside(name), *command, log=log, **environment)
@@ -124,7 +132,9 @@ class TwoMachines(Processes):
             self._ip("switch", f"link set {port} up")
 
     def block(self, name, rule, verdict="drop"):
-        """A firewall on a machine that drops or rejects what a rule of nftables (of its input) matches. Needs nft."""
+        """A firewall on a machine that drops or rejects what a rule of nftables (of its input) matches."""
+        if not shutil.which("nft"):
+            raise NoMachinesError("no nft: sudo apt-get install nftables")
         for words in ("add table inet firewall",
                       "add chain inet firewall input { type filter hook input priority 0 ; }",
                       f"add rule inet firewall input {rule} {verdict}"):

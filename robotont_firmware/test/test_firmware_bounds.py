@@ -20,10 +20,11 @@ from robotont_firmware import config
 from robotont_firmware.robot_numbers import Numbers
 
 sys.path.append(str(DUAL))
-from dual_tools import Config, WildBoard
+from dual_tools import Config, WildBoard, checked
 
 BOUND = 1 << 30
-LINES = [b"0:0:0;\n", b"999.999:-999.999:999.999;\n", b"-999.999:999.999:0.004;\n", b"3:-3:0.003907;\n"]
+LINES = [checked(units) for units in (
+    "0:0:0", "999.999:-999.999:999.999", "-999.999:999.999:0.004", "3:-3:0.003907")]
 MODULES = ("protocol", "receiver", "setpoints", "fault_watch", "status", "wheel_speed", "main_loop")
 
 

@@ -32,15 +32,14 @@ SIMULATED = ("simulated", "test")  # causes of a start that was no reset of a bo
 
 
 class Controller:
-    """Runs `wheels` wheels (default config.WHEELS) of `board` with the numbers in `config`.
+    """Runs the wheels of `board` with the numbers in `config`.
 
     reset_cause: a word for the banner. After any but SIMULATED the motors stay off until a command of all zeros
     came: a PC that still commands gets no motion. Raises ValueError when a number of `config` is out of range.
     """
 
-    def __init__(self, board, config, wheels=None, reset_cause="unknown"):
-        wheels = wheels or config.WHEELS
-        numbers = robot_numbers.Numbers(config)
+    def __init__(self, board, config, reset_cause="unknown"):
+        wheels, numbers = config.WHEELS, robot_numbers.Numbers(config)
         self._board, self._fault = board, board.fault
         self._test_effort = config.TEST_EFFORT
         self._numbers, self._every, self._brake = numbers, numbers.every, numbers.brake
@@ -61,8 +60,8 @@ class Controller:
         self._setpoints = Setpoints(wheels, numbers)
         self._counter = 0
         self._silence = self._timeout  # [periods] since the last valid packet
-        self._braking = 0  # [periods] left of the braking after a time-out
-        self._fault_hold = 0  # [periods] that a fault stands at least; 0: no fault
+        self._undriven = self._brake_time  # [periods] since a command was obeyed: so long the wheels are braked
+        self._fault_hold = 0  # [periods] that a fault stands at least, then 1 until a zero; 0: no fault
         self._waits_for_zero = reset_cause not in SIMULATED
         self._test_left = 0  # [periods] that one wheel is still driven by an order `!test`
         self._tested = 0  # its order, from 0 on
@@ -93,14 +92,12 @@ class Controller:
         self._receive(periods)
         waited = self._waited + periods
         control = waited // self._every  # whole control periods; a tick that is over belongs to these
-        if control > robot_numbers.MAX_PERIODS:  # noqa: PLR1730 (a call would cost more)
-            control = robot_numbers.MAX_PERIODS
         ready = not self._has_fault(periods) and not self._waits_for_zero
         commanded = ready and self._silence < self._timeout
         if ready and not commanded and (receiver.order >= TEST or self._test_left > 0):
             self._test(periods)
         elif control > 0:
-            if commanded or self._braking > 0:
+            if commanded or self._undriven < self._brake_time:
                 self._drive(control, commanded)
             else:
                 self._rest(control)
@@ -108,9 +105,10 @@ class Controller:
             waited = 0
             clear(waiting, wheels)
         self._waited = waited
-        braking = self._braking
-        if braking > 0:
-            self._braking = braking - periods
+        if commanded:
+            self._undriven = 0
+        elif self._undriven < self._brake_time:
+            self._undriven += periods
         # A tick that was missed shows as a gap in the counter; the totals give the PC the missing counts.
         counter = (self._counter + periods) & 0xFF
         self._counter = counter
@@ -142,9 +140,6 @@ class Controller:
                 self._waits_for_zero = False
         elif self._silence < self._timeout:
             self._silence += periods
-            if self._silence >= self._timeout:
-                receiver.checked = False  # another, plain PC may take over
-                self._braking = self._brake_time
 
     @micropython.native
     def _drive(self, periods, commanded):
@@ -197,7 +192,7 @@ class Controller:
         """Drive one wheel for TEST_TIME, never too fast, and let the others roll; while no commands come."""
         if self._receiver.order >= TEST:
             self._tested, self._test_left = self._receiver.order - TEST, self._test_time
-            self._braking = 0
+            self._undriven = self._brake_time
         tested = self._tested >> 1
         if abs(self._counts[tested]) > self._test_edges * periods:
             self._test_left = 0
@@ -212,30 +207,23 @@ class Controller:
 
         One faulty motor stops all: the rest alone would drive the robot somewhere else.
         """
-        quiet = True
+        if self._fault_hold > 1:
+            self._fault_hold = max(1, self._fault_hold - periods)
+            self._waits_for_zero = True  # a zero that came before the fault was over does not count
+        elif self._fault_hold > 0 and not self._waits_for_zero:
+            self._fault_hold = 0
+            for wheel in range(self._wheels):
+                self._status.fields[WHEELS + wheel] = NO_FAULT
         fault = self._fault
         for wheel in range(self._wheels):
             if fault(wheel):
                 self._latch(wheel, DRIVER_FAULT)
-                quiet = False
-        if quiet and self._fault_hold > 0:
-            if self._fault_hold > periods:
-                self._fault_hold -= periods
-                self._waits_for_zero = True  # a zero that came before the fault was over does not count
-            else:
-                self._fault_hold = 1
-                if not self._waits_for_zero:
-                    self._fault_hold = 0
-                    for wheel in range(self._wheels):
-                        self._status.fields[WHEELS + wheel] = NO_FAULT
         return self._fault_hold > 0
 
     @micropython.native
     def _latch(self, wheel, fault):
         """Note a wheel's fault: the others brake, and the motors stay off until a command of all zeros."""
         self._test_left = 0
-        if self._fault_hold == 0:
-            self._braking = self._brake_time
         self._status.fields[WHEELS + wheel] = fault
         self._board.drive(wheel, 0)
         self._fault_hold = self._hold_time

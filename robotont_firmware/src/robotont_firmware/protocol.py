@@ -17,19 +17,12 @@ _COLON = const(58)
 _SEMICOLON = const(59)
 _TEN = const(55)  # plus ten: the letter A
 
-
-def _crc_table():
-    """Return the CRC of every single byte: 256 integers of 16 bits."""
-    table = array("H", [0] * 256)
-    for byte in range(256):
-        crc = byte << 8
-        for _ in range(8):
-            crc = (crc << 1) ^ 0x1021 if crc & 0x8000 else crc << 1
-        table[byte] = crc & 0xFFFF
-    return table
-
-
-_CRC_TABLE = _crc_table()
+_CRC_TABLE = array("H", [0] * 256)  # the CRC of every single byte
+for _byte in range(256):
+    _crc = _byte << 8
+    for _ in range(8):
+        _crc = (_crc << 1) ^ 0x1021 if _crc & 0x8000 else _crc << 1
+    _CRC_TABLE[_byte] = _crc & 0xFFFF
 
 
 @micropython.viper
@@ -47,6 +40,19 @@ def line_of(text):
     """Return `text;` as a line with its CRC, bytes. Allocates: for start-up and the end."""
     line = f"{text};".encode()
     return line + b"%04X\n" % crc16(line, len(line))
+
+
+@micropython.viper
+def is_sealed(line, end: int) -> int:
+    """Return 1 where the CRC of line[0:end] (bytes) and a newline stand behind that, else 0."""
+    text = ptr8(line)
+    crc = int(crc16(line, end))
+    for at in range(end, end + 4):
+        digit = crc >> 12 & 15
+        if text[at] != (digit + _ZERO if digit < 10 else digit + _TEN):
+            return 0
+        crc = (crc & 0xFFF) << 4
+    return 1 if text[end + 4] == _NEWLINE else 0
 
 
 @micropython.viper

@@ -9,7 +9,7 @@ result. A control period is one period, or as many as make 20 ms, where the pack
 FULL_EFFORT = 4000  # of the whole battery voltage
 LARGEST = 0x3FFFFFFF  # the largest small integer
 MOTOR_VOLTAGE = 12000  # [mV] at which efforts hold
-MAX_PERIODS = 16  # [periods] the most missed ticks that a step makes up for; the watchdog comes before
+MAX_PERIODS = 16  # [periods] that the watchdog lets pass: a step makes up for the ticks that were missed
 NO_ARC = 1 << 28  # an arc that bends nothing
 TURN = 628319  # [1/100000 rad]
 CONTROL_RATE = 50  # [Hz]

@@ -90,7 +90,7 @@ class WildBoard:
     def wait_tick(self):
         self.ticks += 1
         assert self.ticks < 240
-        return 17 if self.ticks % 50 == 7 else 1
+        return 18 if self.ticks % 50 == 7 else 1
 
     def counts(self, totals):
         for wheel in range(len(totals)):
@@ -130,7 +130,7 @@ class Robot:
         if battery_mv is not None:
             self.board.battery_mv = battery_mv
             self.board.battery = lambda: self.board.battery_mv
-        self.controller = Controller(self.board, settings or config, wheels, cause)
+        self.controller = Controller(self.board, settings or Config(WHEELS=wheels), cause)
         self.controller.start()
 
     def send(self, body):

@@ -105,20 +105,6 @@ def test_garbage_and_questions_keep_no_motor_alive():
         assert robot.newest()[2] == refused
 
 
-def test_plain_pc_takes_over_after_the_timeout_only():
-    robot = Robot()
-    robot.tick(20, "30:30:30")
-    robot.board.inbox += b"-30:-30:-30;\n"
-    robot.tick(5)
-    assert robot.packets()[-1][0][0] > 0
-    robot.tick(60)
-    for _ in range(10):
-        robot.board.sent = b""
-        robot.board.inbox += b"-30:-30:-30;\n"
-        robot.tick(5)
-    assert robot.packets()[-1][0][0] < -25
-
-
 def break_line(robot, broken):
     robot.board.faults[1] = broken
 
@@ -253,7 +239,7 @@ def test_status_has_voltage_and_load_once_a_second_and_the_light_shows_what_goes
     lights = []
     robot.board.load = lambda: 49
     robot.board.light = lambda on: lights.append(bool(on))
-    robot.controller = Controller(robot.board, config, 3, "test")
+    robot.controller = Controller(robot.board, config, "test")
     robot.tick(1)
     assert robot.newest()[4:] == (1234, 49)
     robot.board.battery_mv = 11000

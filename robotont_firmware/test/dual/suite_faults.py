@@ -242,7 +242,7 @@ def test_missed_ticks_prolong_no_time():
     assert robot.newest()[0] == TIMED_OUT
     assert robot.efforts()[0] < 0
     limp(robot, BRAKING)
-    assert robot.controller._braking <= 0
+    assert robot.controller._undriven >= BRAKING
     robot.board.faults[1] = True
     robot.tick(1)
     robot.board.faults[1] = False

@@ -66,7 +66,7 @@ class SimulatedBoard:
     def advance(self, wait):
         """Let a period pass, `wait()` until it is over, and send its packet."""
         if not self._controller and not self._dark:
-            self._controller = Controller(self, self._numbers, self._wheels.amount, self._cause)
+            self._controller = Controller(self, self._numbers, self._cause)
             self._controller.start()
         self.simulation.step()
         wait()

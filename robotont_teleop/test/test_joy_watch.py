@@ -5,6 +5,7 @@ import itertools
 from types import SimpleNamespace
 
 import pytest
+from bus import Bus
 from rospy.msg import deserialize_messages, serialize_message
 from sensor_msgs.msg import Joy
 
@@ -13,35 +14,25 @@ from robotont_teleop.hand import joy_watch
 STOP, DEAD_MAN, RELEASE = 1, 4, 7
 
 
-class Watch:
-    """A JoyWatch with a clock of the test's."""
+class Watch(Bus):
+    """A JoyWatch, and who presses the emergency stop by it."""
 
     def __init__(self, monkeypatch):
-        self.now, self.presses, self.releases, self.live, subscribed = 100.0, [], [], [], []
+        super().__init__(monkeypatch, joy_watch)
+        self.presses, self.releases, self.live = [], [], self.sent["joy/live"]
         stop = SimpleNamespace(press=lambda: self.presses.append(self.now),
                                release=lambda: self.releases.append(self.now))
         monkeypatch.setattr(joy_watch, "EmergencyStopPublisher", lambda: stop)
-        monkeypatch.setattr(joy_watch, "Health", lambda *_: SimpleNamespace(publish_now=lambda: None))
-        monkeypatch.setattr(joy_watch, "robot_name", str)
-        monkeypatch.setattr(joy_watch, "boot_time", lambda: self.now)
-        monkeypatch.setattr(joy_watch.rospy, "Publisher", lambda *_, **__: SimpleNamespace(publish=self.live.append))
-        monkeypatch.setattr(joy_watch.rospy, "Subscriber", lambda *given, **options: subscribed.append(
-            (*given, options)))
-        self._node = joy_watch.JoyWatch({one.name: one.default for one in joy_watch.PARAMETERS})
-        (_, self.kind, self._heard, self.options), = subscribed
-
-    def hear(self, message, sender="/joy_node"):
-        message._connection_header = {"callerid": sender} if sender else {}
-        self._heard(message)
+        joy_watch.JoyWatch({one.name: one.default for one in joy_watch.PARAMETERS})
 
     def pad(self, stick, *down, sender="/joy_node", after=0.05):
         """It tells its state; what goes on to be driven by."""
         self.now += after
-        self.hear(Joy(axes=[stick], buttons=[int(button in down) for button in range(11)]), sender)
+        self.hear("joy", Joy(axes=[stick], buttons=[int(button in down) for button in range(11)]), sender)
         return self.live[-1].axes[0]
 
     def says(self):
-        return self._node._report()[1]
+        return self.reports["gamepad"]()[1]
 
 
 @pytest.fixture
@@ -74,9 +65,9 @@ def test_a_tap_counts_that_is_over_when_it_is_heard(watch):
     waiting, messages = io.BytesIO(), []
     for number, down in enumerate((0, 1, 0)):
         serialize_message(waiting, number, Joy(buttons=[down if button == STOP else 0 for button in range(11)]))
-    deserialize_messages(waiting, messages, watch.kind, queue_size=watch.options["queue_size"])
+    deserialize_messages(waiting, messages, Joy, queue_size=watch.options["joy"]["queue_size"])
     for message in messages:
-        watch.hear(message)
+        watch.hear("joy", message)
     assert len(watch.presses) == 1
     assert not watch.live[-1].buttons[STOP]
 

@@ -1,0 +1,59 @@
+"""Nodes without ROS, in a test's own time: what they send is kept, what they hear is handed to them."""
+
+from collections import defaultdict
+from types import SimpleNamespace
+
+import rospy
+
+from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
+
+
+class Bus:
+    """Stands in for rospy's topics, services and clock in the modules of a node, and for the node's own threads."""
+
+    def __init__(self, monkeypatch, *modules):
+        self.now = 100.0               # [s]
+        self.sent = defaultdict(list)  # messages by topic
+        self.heard_by = defaultdict(list)       # callbacks by topic
+        self.options = {}              # of subscribers, by topic
+        self.connections = defaultdict(int)     # from and to others, by topic
+        self.services, self.reports = {}, {}    # callbacks by name; of the diagnostics by subject
+        self.work = []                 # what the node's threads do
+        self.published = 0             # diagnostics before their time
+        self._headers = {}             # one for each connection
+        for name, stand_in in (("Publisher", self._publisher), ("Subscriber", self._subscriber),
+                               ("Service", lambda name, _, callback: self.services.update({name: callback})),
+                               ("on_shutdown", lambda _: None), ("get_name", lambda: "/node"),
+                               ("get_param", lambda _, default=None: default)):
+            monkeypatch.setattr(rospy, name, stand_in)
+        monkeypatch.setattr(rospy.Time, "now", lambda: rospy.Time.from_sec(self.now))
+        monkeypatch.setattr(DroppingPublisher, "__init__", lambda publisher, *given: vars(publisher).update(
+            vars(self._publisher(*given))))
+        for module in modules:
+            for name, stand_in in (("boot_time", lambda: self.now), ("Worker", self.work.append),
+                                   ("Health", self._health), ("is_local", lambda *_: True),
+                                   ("OutageWatch", lambda *_: SimpleNamespace(look=lambda: None))):
+                monkeypatch.setattr(module, name, stand_in, raising=False)
+
+    def hear(self, topic, message, sender="/somebody"):
+        """A message comes, by the connection of a sender; "": of one that has not said its name."""
+        message._connection_header = self._headers.setdefault((topic, sender), {"callerid": sender} if sender else {})
+        for callback in self.heard_by[topic]:
+            callback(message)
+
+    def _publisher(self, topic, kind, **_):
+        def publish(message):
+            self.sent[topic].append(message if isinstance(message, kind) else kind(message))
+        return SimpleNamespace(publish=publish, get_num_connections=lambda: self.connections[topic])
+
+    def _subscriber(self, topic, _kind, callback, *given, **options):
+        self.heard_by[topic].append(lambda message: callback(message, *given))
+        self.options[topic] = options
+        return SimpleNamespace(get_num_connections=lambda: self.connections[topic])
+
+    def _health(self, _robot, subjects):
+        self.reports.update(subjects)
+        return SimpleNamespace(publish_now=self._publish_now)
+
+    def _publish_now(self):
+        self.published += 1

@@ -34,3 +34,19 @@ def official_board(tmp_path):
     yield plugged
     for port in ports:
         port.unplug()
+
+
+@pytest.fixture(scope="module")
+def shared_presses(request):
+    """Robots of these names beside a network, and buttons behind it; a module's tests share them."""
+    from presses import Presses  # here: no other test needs namespaces
+
+    with Presses(request.param) as both:
+        yield both
+
+
+@pytest.fixture
+def presses(shared_presses):
+    """The same, without the buttons of the test before."""
+    yield shared_presses
+    shared_presses.kill_buttons()

@@ -9,6 +9,8 @@ from robotont_testing.harness import wait_for
 from robotont_testing.robots import WHEEL_PARAMS
 from robotont_testing.two_machines import TwoMachines
 
+GOOD = (0.01, 0.0)  # delay [s] each way, share that is lost
+
 # argv: topic, file of orders. Each line: a word to publish once, or "WORD RATE" for ever, until the next line.
 BUTTON = """
 import os, sys, time, rospy
@@ -118,6 +120,10 @@ class Presses(TwoMachines):
     def when(self, button, word):
         """[s] when a button has done that first; None: not yet."""
         return next((at for at, one in self.said(button) if one == word), None)
+
+    def wait_for_connection(self, button):
+        """Until a robot is connected to a button."""
+        wait_for(lambda: self.when(button, "connected"), "the connection", timeout=90.0)
 
     def wait_for_press(self, button, robot="robot0", timeout=60.0):
         """[s] when a robot has heard the press of a button that is waited for."""

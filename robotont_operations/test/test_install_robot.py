@@ -66,18 +66,21 @@ def test_a_workspace_that_the_services_may_not_enter_is_named_and_nothing_writte
     assert files(tmp_path) == ["closed"]
 
 
-def test_removal_leaves_no_file_but_the_users_and_what_a_link_leads_to(tmp_path):
-    root, outside = tmp_path / "root", tmp_path / "outside"
+def test_removal_stops_services_and_leaves_no_file_but_the_users_and_what_a_link_leads_to(tmp_path):
+    root, outside, ran = tmp_path / "root", tmp_path / "outside", []
     (outside / "black_box/run").mkdir(parents=True)
     (root / "etc/systemd/system").mkdir(parents=True)
     (root / "etc/systemd/system/other.service").write_text("[Service]\nExecStart=/bin/true\n")
     before = files(tmp_path)
+    done = install_robot(root, "--remove", run=pytest.fail)
+    assert (done.returncode, done.stderr) == (1, "install-robot: nothing is installed\n")
     for _ in range(2):
         assert install_robot(root).returncode == 0
     (root / "var/lib").mkdir(parents=True)
     (root / "var/lib/robotont").symlink_to(outside / "black_box")
-    done = install_robot(root, "--remove")
+    done = install_robot(root, "--remove", run=lambda commands: ran.extend(commands) or True)
     assert done.returncode == 0, done.stderr
+    assert ran[0] == ("systemctl", "stop", *reversed(UNITS))
     assert f"var/lib/robotont -> {outside}/black_box" in done.stdout
     assert [name for name in files(tmp_path) if name not in before and not (tmp_path / name).is_dir()] == []
     assert set(before) <= set(files(tmp_path))
@@ -105,16 +108,6 @@ def test_what_is_no_file_is_refused_and_other_names_of_a_file_are_not_written_th
     assert other.read_bytes() == b"# K\xfcche\n"
     if name.endswith(".conf"):
         assert (root / name).read_bytes() == b"# K\xfcche\nROBOTONT_ROBOT=robotont2\n"
-
-
-def test_services_stop_before_their_removal_and_nothing_where_none_is_installed(tmp_path):
-    ran = []
-    for status in (1, 0):
-        done = install_robot(tmp_path, "--remove", run=lambda commands: ran.extend(commands) or True)
-        assert (done.returncode, "nothing is installed" in done.stderr) == (status, bool(status))
-        assert bool(ran) == (status == 0)
-        install_robot(tmp_path)
-    assert ran[0][:2] == ("systemctl", "stop")
 
 
 @pytest.mark.parametrize("good, addresses", [

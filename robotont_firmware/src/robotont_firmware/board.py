@@ -4,18 +4,19 @@ Everything that allocates happens in the constructor and in `start`; the methods
 """
 
 from array import array
+from time import ticks_cpu, ticks_diff
 
 import machine
 import pyb
 
 from robotont_firmware import check_pin_profile
-from robotont_firmware.compat import micropython, ptr16, ticks_cpu, ticks_diff
+from robotont_firmware.compat import micropython, ptr16
 from robotont_firmware.robot_numbers import FULL_EFFORT
 
 TIMER_CLOCK = 80000000  # [Hz]
 # A note to the next start, in a backup register of the real-time clock (RTC_BKP31R): it outlives every reset but a
 # power cut, costs no file system, and MicroPython itself does not use it.
-_NOTE = 0x400028CC
+NOTE = 0x400028CC
 REPL_WISHED, CRASHED = 0x524F4231, 0x524F4232
 
 # Counter timers, for the filter registers that pyb does not reach; TIMx_CCMR1 is at 0x18 of each.
@@ -24,26 +25,18 @@ _CCMR1 = 0x18
 _FILTER = 0xF0F0  # both inputs: 8 samples at 1/32 of the clock, 3.2 us; a state lasts 100 us at 500 rpm
 
 
-def start_cause():
-    """Return why the board started, in one word, and forget the note. `repl`: the last run was asked for it.
+def start_cause(config):
+    """Return why the board started, in one word, and forget the note.
 
-    A reset by software looks like the reset button to the chip.
+    `repl`: the last run was asked for it, or USER is held. A reset by software looks like the reset button to the chip.
     """
-    note = machine.mem32[_NOTE] & 0xFFFFFFFF
-    machine.mem32[_NOTE] = 0
-    return {REPL_WISHED: "repl", CRASHED: "crash"}.get(note) or {
+    note = machine.mem32[NOTE] & 0xFFFFFFFF
+    machine.mem32[NOTE] = 0
+    if note == REPL_WISHED or pyb.Pin(config.SAFE_BUTTON, pyb.Pin.IN).value() == 0:
+        return "repl"
+    return "crash" if note == CRASHED else {
         machine.PWRON_RESET: "power", machine.HARD_RESET: "button", machine.WDT_RESET: "watchdog",
         machine.SOFT_RESET: "soft"}.get(machine.reset_cause(), "other")
-
-
-def leave_note(note):
-    """Leave REPL_WISHED or CRASHED for the next start."""
-    machine.mem32[_NOTE] = note
-
-
-def button_pressed(config):
-    """Return True while the USER button is held."""
-    return pyb.Pin(config.SAFE_BUTTON, pyb.Pin.IN).value() == 0
 
 
 class Board:

@@ -19,7 +19,7 @@ _LOAD = 80  # [%] of a period that reading, calculating and sending may take
 def check(config):
     """Raise ValueError, with what was found and what is allowed, for the first thing that cannot work."""
     bounds.check(config)
-    wheels, number = config.WHEELS, bounds.check_number
+    wheels, number, require = config.WHEELS, bounds.check_number, bounds.require
     _list(config, "ENCODERS", wheels, str, str, int, int)
     _list(config, "PWM", wheels, str, int, int, int)
     _list(config, "DIRECTIONS", wheels, str, str)
@@ -29,33 +29,33 @@ def check(config):
     encoders = [wiring[2] for wiring in config.ENCODERS]
     pulses = [(wiring[1], wiring[2]) for wiring in config.PWM]
     for timer in encoders:
-        _require("ENCODERS", encoders, timer in _COUNTERS and encoders.count(timer) == 1,
+        require("ENCODERS", encoders, timer in _COUNTERS and encoders.count(timer) == 1,
                  f"a timer of {_COUNTERS} each")  # fmt: skip
     for timer, channel in pulses:
         free = timer in _TIMERS and timer not in encoders and pulses.count((timer, channel)) == 1
-        _require("PWM", pulses, free and 1 <= channel <= 4, "a channel (1 to 4) of a timer without encoder each")
+        require("PWM", pulses, free and 1 <= channel <= 4, "a channel (1 to 4) of a timer without encoder each")
     tick, taken = config.TICK_TIMER, encoders + [timer for timer, _ in pulses]
-    _require("TICK_TIMER", tick, type(tick) is int and tick in _TIMERS and tick not in taken, "a timer of its own")
+    require("TICK_TIMER", tick, type(tick) is int and tick in _TIMERS and tick not in taken, "a timer of its own")
 
     pins = motor_pins(config) + [pin for wiring in config.ENCODERS for pin in wiring[:2]] + list(config.FAULTS)
     pins += [config.SAFE_BUTTON] + [pin for pin in (config.LIGHT, config.BATTERY_PIN) if pin is not None]
     for pin in pins:
-        _require("pins", pin, type(pin) is str and pins.count(pin) == 1, "a pin's name, used once")
+        require("pins", pin, type(pin) is str and pins.count(pin) == 1, "a pin's name, used once")
 
     if config.BATTERY_PIN is not None:
         number(config, "BATTERY_DIVIDER", 1, bounds.LARGEST // FULL_SCALE)
     number(config, "BATTERY_LOW", 0, config.BATTERY)
     kind = config.DRIVER
-    _require("DRIVER", kind, type(kind) is str and kind in DRIVERS, "brake or coast")
+    require("DRIVER", kind, type(kind) is str and kind in DRIVERS, "brake or coast")
     number(config, "PWM_FREQUENCY", *DRIVERS[kind], f" [Hz] with drivers that {kind}")
-    _require("ENCODER_PULL_UPS", config.ENCODER_PULL_UPS, type(config.ENCODER_PULL_UPS) is bool, "True or False")
+    require("ENCODER_PULL_UPS", config.ENCODER_PULL_UPS, type(config.ENCODER_PULL_UPS) is bool, "True or False")
 
     # A period has to be long enough for its work, and the watchdog for some periods.
     room = bounds.line_bytes(config)
-    _require("RATE", config.RATE, room <= _REPL_RING, f"a period of {_REPL_RING} bytes at most: or less BAUDRATE")
+    require("RATE", config.RATE, room <= _REPL_RING, f"a period of {_REPL_RING} bytes at most: or less BAUDRATE")
     period = 1000000 // config.RATE  # [us]
     work = 1500 + 1450 * wheels + (20 + 11 * wheels) * 10000000 // config.BAUDRATE
-    _require("RATE", config.RATE, work * 100 <= period * _LOAD, f"a period of {work * 100 // _LOAD} us or more")
+    require("RATE", config.RATE, work * 100 <= period * _LOAD, f"a period of {work * 100 // _LOAD} us or more")
     number(config, "WATCHDOG", 3000 // config.RATE + 20, bounds.MAX_PERIODS * 1000 // config.RATE)
 
 
@@ -71,9 +71,4 @@ def _list(config, name, wheels, *kinds):
     for entry in value if fits else ():
         parts = entry if len(kinds) > 1 and type(entry) in (tuple, list) else [entry]
         fits = fits and [type(part) for part in parts] == list(kinds)
-    _require(name, value, fits, "for each of {} wheels: {}".format(wheels, ", ".join([k.__name__ for k in kinds])))
-
-
-def _require(name, value, fits, allowed):
-    if not fits:
-        raise ValueError(f"config.{name}: found {value!r}, allowed: {allowed}")
+    bounds.require(name, value, fits, f"for each of {wheels} wheels: {', '.join([kind.__name__ for kind in kinds])}")

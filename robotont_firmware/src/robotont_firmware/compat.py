@@ -7,8 +7,6 @@ machine words and `ptr8`, `ptr16`, `ptr32` reach into a buffer directly. On CPyt
 import sys
 
 try:
-    from time import ticks_cpu, ticks_diff
-
     import micropython
 except ImportError:
     from types import SimpleNamespace
@@ -20,7 +18,6 @@ except ImportError:
     micropython = SimpleNamespace(const=same, native=same, viper=same)
     ptr8 = ptr16 = ptr32 = same
     SIGN = 0
-    ticks_cpu, ticks_diff = int, int.__sub__  # the processor's cycles: none here
 else:
     ptr8 = ptr16 = ptr32 = None  # viper recognises them by name
     SIGN = 32 if sys.maxsize >> 31 else 0  # ptr32 reads no sign: `n[0] << SIGN >> SIGN` has it on every processor

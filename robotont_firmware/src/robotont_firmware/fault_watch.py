@@ -22,11 +22,13 @@ TOO_MANY = const(5)  # another encoder or gear than configured, or noise
 NOISE = const(6)  # encoder unplugged, or its cable picks up the motors
 
 PART = const(4)  # of the way that is wanted, within
-TIME = 400  # [ms] by the first rule: longer than a push on a slope that leaves a wheel little,
-WRONG_TIME = 450  # and of the second
+TIMES = (  # [ms]
+    400,  # by the first rule: longer than a push on a slope that leaves a wheel little,
+    450,  # and of the second;
+    250,  # after which a turn of the fourth is forgotten
+)
 BEYOND = const(3)  # [control periods] of the third
-TURNS = const(8)  # of the fourth,
-FORGET = 250  # [ms] after which one is forgotten
+TURNS = const(8)  # of the fourth
 _MOST_WAY = const(1048576)  # [fine units] no more is summed
 
 _FOLLOWS = const(0)  # places in the numbers of a wheel: of the configuration,
@@ -42,12 +44,6 @@ _BEFORE = const(9)  # the speed of the period before,
 _TURNED = const(10)  # [periods] that its turns are remembered;
 _WANTED = const(11)  # the way [fine units] that is wanted,
 _MADE = const(12)  # and that is made, and an edge: so it is never negative
-
-
-def watched(config, numbers):
-    """Return the first numbers of a wheel's array, up to STILL, for the `Numbers` of its configuration."""
-    return [numbers.follows, numbers.periods(config, TIME), numbers.periods(config, WRONG_TIME), numbers.reach,
-            1 << numbers.shift, numbers.periods(config, FORGET)]  # fmt: skip
 
 
 @micropython.viper

@@ -12,8 +12,8 @@ def main():
     from robotont_firmware.main_loop import Controller
     from robotont_firmware.protocol import line_of
 
-    cause = board.start_cause()
-    if cause == "repl" or board.button_pressed(config):
+    cause = board.start_cause(config)
+    if cause == "repl":
         print("# robotont_firmware safe mode: the REPL is free")
         return
     hardware = board.Board(config)
@@ -33,7 +33,7 @@ def main():
         raise
     finally:
         hardware.stop()
-        board.leave_note(note)
+        machine.mem32[board.NOTE] = note
         line = line_of(words)
         hardware.write(line, len(line))
     machine.reset()  # the watchdog allows no REPL without it

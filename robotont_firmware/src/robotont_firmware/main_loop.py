@@ -45,9 +45,8 @@ class Controller:
         self._numbers, self._every, self._brake = numbers, numbers.every, numbers.brake
         self._waited = 0  # [periods] since the last control period,
         self._waiting = array("i", [0] * wheels)  # and the edges in them
-        self._timeout, self._brake_time, self._hold_time, self._test_time = (
-            robot_numbers.ticks(config, time) for time in (
-                config.TIMEOUT, config.BRAKING, config.FAULT_HOLD, config.TEST_TIME))
+        self._timeout, self._brake_time, self._hold_time, self._test_time = robot_numbers.times(
+            config, 1, config.TIMEOUT, config.BRAKING, config.FAULT_HOLD, config.TEST_TIME)
         self._test_edges = max(1, robot_numbers.free_speed(config, 1, 0) * config.TEST_SPEED // 1000)  # per period
         self._wheels = wheels
         self._receiver = Receiver(wheels)

@@ -56,9 +56,9 @@ def line_bytes(config):
     return max(1, config.BAUDRATE // 10 // config.RATE * 9 // 8)
 
 
-def ticks(config, milliseconds):
-    """Return a time in periods, one at least."""
-    return max(1, (milliseconds * config.RATE + 500) // 1000)
+def times(config, every, *milliseconds):
+    """Return times in so many periods each, one at least."""
+    return [max(1, time * config.RATE // (1000 * every)) for time in milliseconds]
 
 
 def check(config):
@@ -69,10 +69,9 @@ def check(config):
     check_number(config, "EDGES", -(-LEAST_EDGES * time // (turns * control_periods(config))),
                  ((MOST_EDGES + 1) * time - 1) // turns, " with this NO_LOAD_SPEED and RATE")
     slow = max(load_times(config)) // 1000
-    if slow > MOST_LOAD_TIME:
-        raise ValueError(f"config.GEAR: found {config.GEAR}, allowed: one with which shorted motors slow the robot to "
-                         f"37 % in {MOST_LOAD_TIME} ms at most, not {slow}: or less MASS, INERTIA or RADIUS, or more "
-                         "STALL_TORQUE")
+    require("GEAR", config.GEAR, slow <= MOST_LOAD_TIME,
+            f"one with which shorted motors slow the robot to 37 % in {MOST_LOAD_TIME} ms at most, not {slow}: or less "
+            "MASS, INERTIA or RADIUS, or more STALL_TORQUE")
 
 
 def load_times(config):
@@ -153,13 +152,15 @@ class Numbers:
         self.stiffness = max(1, (stiff * config.MASS * 2 * config.RADIUS ** 2 * full * TURN << 16) // (
             force * config.GEAR * config.EDGES * 10000000000 << self.shift))
 
-    def periods(self, config, milliseconds):
-        """Return a time in control periods, one at least."""
-        return max(1, milliseconds * config.RATE // (1000 * self.every))
-
 
 def check_number(config, name, least, most, what=""):
     """Raise ValueError unless that number of the configuration is whole and in range."""
     value = getattr(config, name, None)
-    if type(value) is not int or not least <= value <= most:
-        raise ValueError(f"config.{name}: found {value!r}, allowed: a whole number from {least} to {most}{what}")
+    fits = type(value) is int and least <= value <= most
+    require(name, value, fits, f"a whole number from {least} to {most}{what}")
+
+
+def require(name, value, fits, allowed):
+    """Raise ValueError unless that value of the configuration fits."""
+    if not fits:
+        raise ValueError(f"config.{name}: found {value!r}, allowed: {allowed}")

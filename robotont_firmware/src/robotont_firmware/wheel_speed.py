@@ -8,8 +8,8 @@ than to calculate with it.
 from array import array
 
 from robotont_firmware.compat import SIGN, const, micropython, ptr32
-from robotont_firmware.fault_watch import NO_FAULT, STILL, drive_fault, rest_fault, speed_fault, watched
-from robotont_firmware.robot_numbers import FULL_EFFORT
+from robotont_firmware.fault_watch import NO_FAULT, STILL, TIMES, drive_fault, rest_fault, speed_fault
+from robotont_firmware.robot_numbers import FULL_EFFORT, times
 
 _SOFTEST = const(7)
 _PATIENCE = const(5)  # [control periods] without an edge, after which a wheel gets more
@@ -210,10 +210,11 @@ class Pid:
 
     def __init__(self, config, numbers):
         n = numbers
-        self.n = array("i", watched(config, n) + [0] * (_STATIC - STILL) + [
+        blind, wrong, forget, second = times(config, n.every, *TIMES, 1000)
+        self.n = array("i", [n.follows, blind, wrong, n.reach, 1 << n.shift, forget] + [0] * (_STATIC - STILL) + [
             n.static, n.load, n.gain, 0 if n.coasts else n.gain, n.p, n.i, n.follow, n.lead, n.turn_lead,
             config.MAX_EFFORT, n.max_torque, n.continuous, n.max_heat, (n.load << 16) // n.i, n.stiffness,
-            (n.max_torque << 16) // n.stiffness, n.shift, n.most_edges, n.free, n.creeps, n.periods(config, 1000),
+            (n.max_torque << 16) // n.stiffness, n.shift, n.most_edges, n.free, n.creeps, second,
             FULL_EFFORT if n.coasts else 0])  # fmt: skip
         self.reset(0)
 

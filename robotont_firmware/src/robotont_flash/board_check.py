@@ -50,13 +50,13 @@ def check_board(port):
     usb = usb_id(port)
     if usb and not usb.startswith(ST_LINK):
         raise FlashError(f"{port} is no ST-Link, as a NUCLEO-L476RG has one, but USB {usb}.")
-    listener, received, found = Listener(usb), b"", {Robotont3.name} if usb == GENERATION_3 else set()
-    for data in () if found else heard(port, BAUDRATE, LISTENING):
+    listener, received, name = Listener(usb), b"", Robotont3.name if usb == GENERATION_3 else None
+    for data in () if name else heard(port, BAUDRATE, LISTENING):
         received += data
-        found |= {listener.feed(data)} - {None}
-    for name in found - {Checked.name}:
+        name = name or listener.feed(data)
+    if name not in (None, Checked.name):
         raise FlashError(NO_FLASHING.format(port=port, firmware=explained(name)))
-    if found:
+    if name:
         with opened(port, BAUDRATE, PATIENCE) as line:
             line.write(ASK)
             answer = wait_for_line(line, b"# identity ", 4.0) or ""

@@ -181,8 +181,9 @@ class Micropython:
 cycles = [0]  # of the processor
 
 
-def ticks_cpu():
-    return cycles[0]
+class Time:
+    ticks_cpu = staticmethod(lambda: cycles[0])
+    ticks_diff = staticmethod(lambda now, before: now - before)
 
 
 def install():
@@ -190,6 +191,7 @@ def install():
     sys.modules["pyb"] = Pyb
     sys.modules["machine"] = Machine
     sys.modules["micropython"] = Micropython
+    sys.modules["time"] = Time
 
 
 def reset():

@@ -213,7 +213,7 @@ def test_main_gives_the_repl_when_asked():
     sent, error = run_main([checked("!repl")])
     assert b"# robotont_firmware " in sent, "and only once"
     assert Machine.mem32[0x40002800 + 0xCC] == board.REPL_WISHED, "in RTC_BKP31R: a file could be damaged"
-    board.start_cause()
+    board.start_cause(config)
 
 
 def test_main_stops_the_motors_when_it_crashes():
@@ -234,7 +234,7 @@ def test_after_any_reset_a_zero_command_comes_first():
         levels_seen = []
         sent, error = run_main(commands, lambda: levels_seen.append(levels.get("PB8")), cause)  # noqa: B023
         assert isinstance(error, Reset), (word, error)
-        board.start_cause()
+        board.start_cause(config)
         assert b" reset " + word.encode() + b";" in sent, word
         assert not any(levels_seen[:31]), (word, "the PC's command still stood")
         assert levels_seen[-1], word
@@ -304,7 +304,6 @@ def test_boot_holds_the_motors_and_has_the_pins_of_the_profile():
 
 
 def test_load_is_the_longest_work_since_it_was_asked_and_counts_from_the_tick():
-    board.ticks_cpu, board.ticks_diff = fake_hardware.ticks_cpu, lambda now, before: now - before
     made = make()
     for work in (400000, 800000, 80000):  # [cycles] of 1 600 000
         made._on_tick(None)

@@ -10,29 +10,13 @@ import rostest
 from nav_msgs.msg import Odometry
 
 from robotont_testing import places
-from robotont_testing.harness import Processes, wait_for
+from robotont_testing.harness import wait_for
 from robotont_testing.node_test import NodeTest
 from robotont_testing.robots import WHEEL_PARAMS
 from robotont_testing.stand_in_board import Board
 
 
 class GuideTest(NodeTest):
-    @classmethod
-    def setUpClass(cls):
-        """A robot that all tests share: its start is most of a test's time."""
-        super().setUpClass()
-        cls.robot = Processes()
-        cls.addClassCleanup(cls.robot.close)
-        cls.board = Board(str(cls.robot.folder / "board"), 3)
-        cls.board.plug()
-        cls.addClassCleanup(cls.board.close)
-        cls.robot.launch("robot.launch", f"port:={cls.board.link}", "description:=false")
-
-    def setUp(self):
-        super().setUp()
-        self.odom = self.listen("odom", Odometry)
-        wait_for(lambda: self.odom and not any(self.board.speeds), "odometry of a robot that stands", timeout=60)
-
     @staticmethod
     def until_it_asks(process):
         """All that a guided calibration prints up to its next question, that included."""
@@ -44,26 +28,26 @@ class GuideTest(NodeTest):
             printed += byte
         return printed
 
-    def begin(self, *arguments, **environment):
-        """A guided calibration that waits for answers."""
-        folder = self.processes.folder
-        command = [places.program("robotont_calibration", "calibrate_wheels"), "--guide", str(folder / "runs"),
-                   "--side", "0.2", "--turns", "0.25", "--line", "0.3", "--wheel-params", str(WHEEL_PARAMS),
-                   "-o", str(folder / "new.yaml"), *arguments]
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                   bufsize=0, start_new_session=True, env={**os.environ, **environment})
-        self.addCleanup(process.kill)
-        return process
-
     def test_a_topic_of_the_truth_and_ctrl_c_in_a_run_and_at_a_question(self):
-        process = self.begin("--truth", "odom", "--angles", "fixed")
+        folder, odom = self.processes.folder, self.listen("odom", Odometry)
+        board = Board(str(folder / "board"), 3)
+        board.plug()
+        self.addCleanup(board.close)
+        self.processes.launch("robot.launch", f"port:={board.link}", "description:=false")
+        wait_for(lambda: odom, "odometry", timeout=60)
+        process = subprocess.Popen(
+            [places.program("robotont_calibration", "calibrate_wheels"), "--guide", str(folder / "runs"),
+             "--truth", "odom", "--angles", "fixed", "--side", "0.2", "--turns", "0.25", "--line", "0.3",
+             "--wheel-params", str(WHEEL_PARAMS), "-o", str(folder / "new.yaml")],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, bufsize=0, start_new_session=True)
+        self.addCleanup(process.kill)
         process.stdin.write(b"s\ns\n\n\n")  # a spin that is made, and one that is to be stopped
-        kept = self.processes.folder / "runs" / "runs.txt"
+        kept = folder / "runs" / "runs.txt"
         wait_for(kept.exists, "the first spin")
-        wait_for(lambda: any(self.board.speeds), "the second spin")
+        wait_for(lambda: any(board.speeds), "the second spin")
         output = "".join(self.until_it_asks(process) for _ in range(4))
         os.killpg(process.pid, signal.SIGINT)
-        wait_for(lambda: not any(self.board.speeds), "a robot that stands", timeout=2.0)
+        wait_for(lambda: not any(board.speeds), "a robot that stands", timeout=2.0)
         output += self.until_it_asks(process)
         self.assertIn("Stopped by Ctrl-C. This run does not count", output)
         os.killpg(process.pid, signal.SIGINT)  # no more runs
@@ -72,7 +56,7 @@ class GuideTest(NodeTest):
         self.assertEqual(process.returncode, 4, output)  # one spin determines neither radius nor distance
         self.assertEqual(kept.read_text().split()[:2], ["--packets=serial_read", "--truth=odom"])
         self.assertEqual(len(kept.read_text().split()), 3)
-        self.assertFalse((self.processes.folder / "new.yaml").exists())
+        self.assertFalse((folder / "new.yaml").exists())
 
 
 if __name__ == "__main__":

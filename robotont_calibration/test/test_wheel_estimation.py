@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from synthetic_runs import NOISE, TAPE, TRACKED, drives, recorded, taped_runs, tracked_runs, true_of
+from synthetic_runs import NOISE, TAPE, drives, recorded, taped_runs, tracked_runs, true_of
 
 from robotont_calibration import calibration_runs
 from robotont_calibration.calibration_runs import taped_run, tracked_run
@@ -17,27 +17,12 @@ from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_testing.robots import SHIPPED, UNEVEN_4
-from robotont_testing.simulated_wheels import PERIOD, path_of, spin, square
+from robotont_testing.simulated_wheels import PERIOD, spin
 
 DOUBLED = 0.01            # [m] after 1 m: twice the wheel noise of driver.yaml
 MARKER = (0.03, -0.0335)  # [m] 45 mm off the middle
 OFF = (1.02, 0.97, [(1, 1.5)])  # radius 2 % too large, distance 3 % too small, one angle 1.5 degrees off
 TRUE = true_of(SHIPPED, *OFF)
-
-
-def umbmark(parameters, true, noise=NOISE):
-    """[m] UMBmark's E_max,syst of odometry with `parameters` on a `true` robot.
-
-    Five squares of 4 m each way; of the two mean end errors the one farther from zero.
-    """
-    means = []
-    for turn in (1, -1):
-        exact = tuple(path_of(square(4.0, turn))[-1])
-        means.append(np.mean([
-            calibration_runs.misfits(read_wheels(parameters), taped_run("square", counts, exact, TRACKED))[-1]
-            for counts, _ in (recorded(true, square(4.0, turn), seed, TRACKED, noise) for seed in range(100, 105))],
-            axis=0))
-    return max(math.hypot(x, y) for x, y, _ in means)
 
 
 def errors_of(found, true, point=()):
@@ -76,9 +61,10 @@ def test_derivatives_are_those_of_the_misfits():
             np.testing.assert_allclose(slopes[:, number], (one.left - other.left) / 2e-5, rtol=1e-3, atol=1e-4)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("make, point", [
-    pytest.param(lambda true, seed: taped_runs(true, seed), (), marks=pytest.mark.nightly),
-    pytest.param(lambda true, seed: tracked_runs(true, seed, DOUBLED, MARKER), MARKER, marks=pytest.mark.long),
+    (lambda true, seed: taped_runs(true, seed), ()),
+    (lambda true, seed: tracked_runs(true, seed, DOUBLED, MARKER), MARKER),
 ], ids=["by tape", "tracked, doubled noise, a point off the middle"])
 def test_stated_uncertainties_are_the_ones_that_there_are(make, point):
     """Of 20 robots 95 % of what is wrong lies within 1.96 stated deviations."""
@@ -91,21 +77,6 @@ def test_stated_uncertainties_are_the_ones_that_there_are(make, point):
     inside = np.mean(np.abs(ratios) < 1.96)
     print(f"{inside:.1%} of {np.size(ratios)} intervals")
     assert 0.93 <= inside <= 0.99
-
-
-@pytest.mark.nightly
-def test_a_point_off_the_middle_and_doubled_noise():
-    """What is left of UMBmark's systematic error, and the point within 2 mm, by five runs of each drive.
-
-    By the information in them (Cramér and Rao) no calibration that is free of bias leaves less than 8.4 % in more than
-    95 of 100 cases.
-    """
-    found = calibrated(tracked_runs(TRUE, 7, DOUBLED, MARKER, drives(5)), point="free")
-    before, after = umbmark(SHIPPED, TRUE, 0.0), umbmark(found.parameters, TRUE, 0.0)
-    off = math.hypot(*np.subtract(found.point, MARKER))
-    print(f"UMBmark cut by {1 - after / before:.2%}; point {1000 * off:.1f} mm off")
-    assert after < 0.084 * before
-    assert off < 0.002
 
 
 def test_an_outlying_run_loses_its_weight():

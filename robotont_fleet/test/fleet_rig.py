@@ -144,9 +144,8 @@ def wait_until_driving(rig, *robots):
 
 
 def memory(pid):
-    """[MiB] resident, and of what other processes use as well its share only (PSS)."""
-    text = Path(f"/proc/{pid}/smaps_rollup").read_text()
-    return [int(text.split(f"\n{name}:")[1].split()[0]) / 1024 for name in ("Rss", "Pss")]
+    """[MiB] resident."""
+    return int(Path(f"/proc/{pid}/smaps_rollup").read_text().split("\nRss:")[1].split()[0]) / 1024
 
 
 def watch_stop(rig, reached):

@@ -133,11 +133,11 @@ for number in itertools.count():
     rig.stop(robot.fleet_node)
     robot.start_fleet_node(f"_router:=tcp/127.0.0.1:{rig.router_port}")
     wait_for(lambda: rig.seen("r1"), "r1, without a proxy that would fill up")
-    before = [memory(process.pid)[0] for process in (robot.fleet_node, rig.page)]
+    before = [memory(process.pid) for process in (robot.fleet_node, rig.page)]
     flooding = rig.start(sys.executable, "-c", flood)
     time.sleep(FLOOD)
     took = stop_time(rig, rig.robots.values())
-    after = [memory(process.pid)[0] for process in (robot.fleet_node, rig.page)]
+    after = [memory(process.pid) for process in (robot.fleet_node, rig.page)]
     rig.stop(flooding, signal.SIGKILL)
     print(f"\nSTOP ALL in a flood: {1000 * took:.0f} ms; fleet_node, page: {before} -> {after} MiB")
     assert took < 0.5

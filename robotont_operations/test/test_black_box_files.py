@@ -126,17 +126,11 @@ def test_a_full_disk_makes_room_and_says_so(tmp_path, monkeypatch):
     assert len(messages(bags_of(box.folder))) == 3
 
 
-def test_a_folder_that_was_deleted_is_made_again(tmp_path):
-    box = BlackBox(tmp_path / "black_box", keep=5.0)
-    fill(box, range(3))
-    shutil.rmtree(str(tmp_path / "black_box"))
-    fill(box, range(3, 20))
-    assert [stamp for _, _, stamp in messages(bags_of(box.folder))] == [1000.0 + second for second in range(14, 20)]
-
-
-def test_the_recorder_tells_what_it_could_not_write_and_goes_on(tmp_path):
+def test_the_recorder_tells_what_it_could_not_write_and_makes_a_folder_again_that_was_deleted(tmp_path):
+    """It keeps the newest file alone, and finds the one before deleted, too."""
+    folder = tmp_path / "black_box"
     with mock.patch.multiple(recorder_node, rospy=mock.Mock(), Worker=mock.Mock(), Health=mock.Mock()):
-        node = recorder_node.RecorderNode({"folder": tmp_path, "topics": "serial_read", "keep": 60.0})
+        node = recorder_node.RecorderNode({"folder": folder, "topics": "serial_read", "keep": 0.0})
 
         def written(one):
             node._records = [one]
@@ -146,12 +140,12 @@ def test_the_recorder_tells_what_it_could_not_write_and_goes_on(tmp_path):
         nobodys = {key: HEADER[key] for key in ("type", "md5sum")}
         level, words = written(record(1)._replace(header=nobodys))
         assert (level, words.startswith("1 messages lost: of types that nobody explains")) == (WARN, True)
-        run, = runs_in(tmp_path)
-        shutil.rmtree(str(run))
-        run.write_text("no folder")
+        run, = runs_in(folder)
+        shutil.rmtree(str(folder))
+        folder.write_text("no folder")
         level, words = written(record(2))
         assert (level, words.startswith(f"cannot write to {run}: ")) == (ERROR, True)
-        run.unlink()
+        folder.unlink()
         level, words = written(record(3))
         assert (level, words.startswith("2 messages lost: cannot write to")) == (WARN, True)
         assert [stamp for _, _, stamp in messages(bags_of(run))] == [1003.0]

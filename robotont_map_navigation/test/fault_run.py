@@ -47,13 +47,12 @@ class Fault(NamedTuple):
     mend: str = ""                # program that a person starts when goto has said so
 
 
-class Rig:
+class Rig(Run):
     """navigation.launch, a robot on its way, and who can press what."""
 
     def __init__(self, master, world):
-        self.master, self.world = master, world
-        self.run = Run(master, [], "thesis", world)
-        self._frames = Frames()
+        super().__init__(master, [], "thesis", world)
+        self.master, self._route, self._frames = master, ROUTE[world], Frames()
         self._carry = rospy.Publisher("simulator_node/carry", Vector3, queue_size=5)
         self.visitor = rospy.Publisher("simulator_node/visitor", Vector3, queue_size=5)
         self._initial = rospy.Publisher("initialpose", PoseWithCovarianceStamped, queue_size=5)
@@ -68,12 +67,12 @@ class Rig:
     def carry(self, x, y, yaw):
         """Put the robot down somewhere."""
         self._carry.publish(Vector3(x, y, yaw))
-        wait_for(lambda: math.dist(self.run.pose()[:2], (x, y)) < 0.05, "the robot there")
+        wait_for(lambda: math.dist(self.pose()[:2], (x, y)) < 0.05, "the robot there")
 
     def start(self):
         """The robot at the start of the route, which amcl knows, and nobody else there."""
         leave(self)
-        place = ROUTE[self.world][0]
+        place = self._route[0]
         self.carry(*place)
         message = PoseWithCovarianceStamped()
         message.header.frame_id = "map"
@@ -84,13 +83,13 @@ class Rig:
             message.pose.covariance[number] = 0.0025
         self._initial.publish(message)
         wait_for(lambda: self.error()[0] < 0.1, "amcl there")
-        wait_for(lambda: self.run.reports and self.run.reports[-1].level == 0, "a monitor that is content", 30)
+        wait_for(lambda: self.reports and self.reports[-1].level == 0, "a monitor that is content", 30)
         self._clear()
-        self.run.truth[:] = self.run.truth[-1:]
+        self.truth[:] = self.truth[-1:]
 
     def error(self):
         """(distance [m], turn [rad]) between the robot and where the localization has it; inf when nobody knows."""
-        found, (x, y, yaw) = self._frames.robot_in("map"), self.run.pose()
+        found, (x, y, yaw) = self._frames.robot_in("map"), self.pose()
         if found is None:
             return math.inf, math.inf
         return math.dist(found[:2], (x, y)), abs(math.remainder(found[2] - yaw, 2 * math.pi))
@@ -116,15 +115,15 @@ class Rig:
     def suffer(self, fault):
         """Drive, let the fault happen, and see what becomes of it; the row of the table."""
         self.start()
-        goal = ROUTE[self.world][1]
+        goal = self._route[1]
         goto = self.tool("goto", *goal)
-        first = self.run.pose()
-        wait_for(lambda: math.dist(self.run.pose()[:2], first[:2]) > UNDER_WAY, "a robot under way", 60)
+        first = self.pose()
+        wait_for(lambda: math.dist(self.pose()[:2], first[:2]) > UNDER_WAY, "a robot under way", 60)
         fault.begin(self)
         begun = time.monotonic()
-        stood = self._seconds(lambda: standing(self.run.truth[-1]), begun, fault.seconds + 6.0, goto)
+        stood = self._seconds(lambda: standing(self.truth[-1]), begun, fault.seconds + 6.0, goto)
         wait_for(lambda: time.monotonic() >= begun + fault.seconds, "the fault's end", fault.seconds + 1)
-        number = len(self.run.truth) - 1
+        number = len(self.truth) - 1
         fault.end(self)
         ended = time.monotonic()
         try:
@@ -134,7 +133,7 @@ class Rig:
             words, goto.returncode = "waits for ever: " + self.end(goto), -1
         over = round(time.monotonic() - begun, 1)
         wait_for(lambda: time.monotonic() - ended > BY_ITSELF, "what happens by itself")
-        after = self.run.truth[number:]
+        after = self.truth[number:]
         drives = next((index / 50 for index, message in enumerate(after) if speed(message) > MOVES), None)
         row = {"fault": fault.name, "stood_s": stood, "drove_again_s": drives, "way_after_m": round(way(after), 3),
                "goto_ended_s": over, "status": goto.returncode, "words": words, "mended": []}
@@ -145,9 +144,9 @@ class Rig:
             again = self.tool("goto", *goal)
             row["mended"].append(("goto", self.end(again)))
             row["again"] = again.returncode
-        wait_for(lambda: standing(self.run.truth[-1]), "the robot to stand", 30)
+        wait_for(lambda: standing(self.truth[-1]), "the robot to stand", 30)
         row["pose_error_m"], row["pose_error_rad"] = (round(value, 3) for value in self.error())
-        row["goal_error_m"] = round(math.dist(self.run.pose()[:2], goal[:2]), 3)
+        row["goal_error_m"] = round(math.dist(self.pose()[:2], goal[:2]), 3)
         return row
 
     def _seconds(self, condition, since, timeout, goto):
@@ -194,7 +193,7 @@ def take_over(rig):
 def visit(ahead):
     """Somebody stands so far [m] before the robot."""
     def begin(rig):
-        x, y, yaw = rig.run.pose()
+        x, y, yaw = rig.pose()
         rig.visitor.publish(Vector3(x + ahead * math.cos(yaw), y + ahead * math.sin(yaw), 0.0))
     return begin
 
@@ -207,7 +206,7 @@ def leave(rig):
 def kidnap(x, y, turn):
     """Somebody carries the robot away, as seen along the map's axes [m], [rad]."""
     def begin(rig):
-        now = rig.run.pose()
+        now = rig.pose()
         rig.carry(now[0] + x, now[1] + y, now[2] + turn)
     return begin
 
@@ -221,11 +220,11 @@ def scan_reaches(nodes_of):
     """Tell who drives by the scan that `nodes_of(publishers)` send it: none, as a camera that dies, or who does."""
     def tell(rig):
         master = xmlrpc.client.ServerProxy(rig.master.uri)
-        publishers = dict(master.getSystemState("/fault_run")[2][0])["/scan"]
-        uris = [master.lookupNode("/fault_run", node)[2] for node in nodes_of(publishers)]
+        publishers = dict(master.getSystemState("/navigation_run")[2][0])["/scan"]
+        uris = [master.lookupNode("/navigation_run", node)[2] for node in nodes_of(publishers)]
         for node in ("move_base", "amcl", "navigation_monitor"):
-            xmlrpc.client.ServerProxy(master.lookupNode("/fault_run", "/" + node)[2]).publisherUpdate(
-                "/fault_run", "/scan", uris)
+            xmlrpc.client.ServerProxy(master.lookupNode("/navigation_run", "/" + node)[2]).publisherUpdate(
+                "/navigation_run", "/scan", uris)
     return tell
 
 

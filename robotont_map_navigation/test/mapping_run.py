@@ -7,6 +7,7 @@ its own.
 """
 
 import argparse
+import contextlib
 import json
 import time
 from pathlib import Path
@@ -17,6 +18,7 @@ from geometry_msgs.msg import Twist
 from map_score import score
 from mapping_route import ROUTES, drive
 from nav_msgs.msg import OccupancyGrid, Odometry
+from navigation_run import Simulated
 
 from robotont_driver.kinematics.se2 import between, compose, pose_of
 from robotont_simulator.world import read_world
@@ -28,45 +30,34 @@ SETTLED = 5.0        # [s] behind the drive, with no newer map
 WALL = 100           # occupied, in an OccupancyGrid
 
 
-class Run:
-    """slam.launch, the truth and the newest map."""
+class Run(Simulated):
+    """slam.launch, its odometry and its newest map."""
 
     def __init__(self, master, world, arguments):
-        self.truth = self.odom = self.map = self.start = None
-        self.map_at = 0.0
-        self.log = master.folder / "log"
-        self.launch = master.launch("slam.launch", "sim:=true", f"port:={master.folder / 'board'}", f"world:={world}",
-                                    *arguments, log=self.log)
-        rospy.init_node("mapping_run", disable_signals=True)
+        super().__init__(master, "slam.launch", f"world:={world}", *arguments)
+        self.odom = self.map = None
+        self.start, self._map_at = self.pose(), 0.0
         self._publisher = rospy.Publisher("cmd_vel/hand", Twist, queue_size=1)
-        rospy.Subscriber("ground_truth/odom", Odometry, self._on_truth, tcp_nodelay=True)
         rospy.Subscriber("odom", Odometry, self._on_odom, tcp_nodelay=True)
         rospy.Subscriber("map", OccupancyGrid, self._on_map)
-        wait_for(lambda: (self.map and self.odom) or self.launch.poll() is not None, "the first map", timeout=120)
-        assert self.launch.poll() is None, self.log.read_text()
-
-    def _on_truth(self, message):
-        self.truth = pose_of(message.pose.pose)
-        self.start = self.start or self.truth
+        wait_for(lambda: self.map and self.odom, "the first map", timeout=120)
 
     def _on_odom(self, message):
         self.odom = pose_of(message.pose.pose)
 
     def _on_map(self, message):
-        self.map, self.map_at = message, time.monotonic()
+        self.map, self._map_at = message, time.monotonic()
 
     def follow(self, places):
+        """Drive there, one after the other, and wait for the last map."""
         rate, commands = rospy.Rate(RATE), drive(places, RATE)
         speeds = next(commands)
-        while speeds is not None:
-            self._publisher.publish(twist(*speeds))
-            rate.sleep()
-            assert self.launch.poll() is None, self.log.read_text()
-            try:
-                speeds = commands.send(self.truth)
-            except StopIteration:
-                speeds = None
-        wait_for(lambda: time.monotonic() > self.map_at + SETTLED, "the last map", timeout=60)
+        with contextlib.suppress(StopIteration):
+            while True:
+                self._publisher.publish(twist(*speeds))
+                rate.sleep()
+                speeds = commands.send(self.pose())
+        wait_for(lambda: time.monotonic() > self._map_at + SETTLED, "the last map", timeout=60)
 
     def walls(self):
         """n x 2 [m], the middles of the map's occupied cells."""
@@ -82,7 +73,7 @@ def main():
     with Master() as master:
         run = Run(master, options.world.resolve(), arguments)
         run.follow(ROUTES[options.world.stem])
-        off = between(compose(run.start, run.odom), run.truth)
+        off = between(compose(run.start, run.odom), run.pose())
         print(json.dumps({**score(run.walls(), read_world(options.world), run.start),
                           "odometry_off": [round(float(each), 3) for each in off]}))
 

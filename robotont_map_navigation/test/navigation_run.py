@@ -69,7 +69,23 @@ def random_goals(world, radius, count, seed):
     return goals
 
 
-class Run:
+class Simulated:
+    """A launch file with a simulated robot, whose true odometry is recorded."""
+
+    def __init__(self, master, file, *arguments):
+        self.truth, log = [], master.folder / "log"
+        launch = master.launch(file, "sim:=true", f"port:={master.folder / 'board'}", *arguments, log=log)
+        rospy.init_node("navigation_run", disable_signals=True)
+        rospy.Subscriber("ground_truth/odom", Odometry, self.truth.append, tcp_nodelay=True)
+        wait_for(lambda: self.truth or launch.poll() is not None, "the simulator", timeout=60)
+        assert launch.poll() is None, log.read_text()
+
+    def pose(self):
+        """True (x, y, yaw) of the robot."""
+        return pose(self.truth[-1])
+
+
+class Run(Simulated):
     """navigation.launch and what is recorded beside it."""
 
     def __init__(self, master, arguments, robot, world, start=None):
@@ -82,22 +98,14 @@ class Run:
             moved = {**yaml.safe_load(file.read_text()), "start": start}
             place = master.folder / "world.yaml"
             place.write_text(yaml.safe_dump(moved))
-        self.truth, self.commands, self.reports = [], [], []
-        launch = master.launch("navigation.launch", "sim:=true", f"port:={master.folder / 'board'}",
-                               f"robot:={robot}", f"world:={place}", f"map:={ROOT}/config/maps/{world}.yaml",
-                               *arguments)
-        rospy.init_node("navigation_run", disable_signals=True)
-        rospy.Subscriber("ground_truth/odom", Odometry, self.truth.append, tcp_nodelay=True)
+        super().__init__(master, "navigation.launch", f"robot:={robot}", f"world:={place}",
+                         f"map:={ROOT}/config/maps/{world}.yaml", *arguments)
+        self.commands, self.reports = [], []
         rospy.Subscriber("cmd_vel", Twist, lambda message: self.commands.append((time.monotonic(), message)))
         rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics)
-        wait_for(lambda: self.truth or launch.poll() is not None, "the simulator", timeout=60)
 
     def _on_diagnostics(self, message):
         self.reports += [status for status in message.status if status.name == "navigation_monitor: localization"]
-
-    def pose(self):
-        """True (x, y, yaw) of the robot."""
-        return pose(self.truth[-1])
 
     def goto(self, x, y, yaw):
         """Run goto and wait for its end; the figures."""

@@ -36,7 +36,8 @@ default, behind the meaning what is allowed.
 
 A node reads its parameters as it starts. After `rosparam set`, end it by `rosnode kill NODE`: robot.launch,
 fleet.launch, gamepad.launch and recorder.launch start their nodes again. With web_teleop_node or simulator_node
-the whole launch ends. Start these, and other nodes, anew by hand. A wrong value ends the node,
+the whole launch ends, and sets its own again: change its file in `config/`.
+Start other nodes anew by hand. A wrong value ends the node,
 with a message that says what is allowed. Your robot's values stand in [its folder](robots.md).
 With `composed:=true` the driver's three nodes are one, `/robotont_node`. It has their topics, reads their parameters
 under their names, and takes no `serial_write` or `serial_read` of other processes.

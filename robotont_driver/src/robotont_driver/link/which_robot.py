@@ -1,4 +1,4 @@
-"""Listens to a board and prints the launch line that drives it. Needs no ROS master."""
+"""Listens to a board as delivered and prints the launch line that drives it. Needs no ROS master."""
 
 import argparse
 import importlib.util
@@ -32,6 +32,8 @@ def tell(port, baudrate, seconds):
         return 1
     model = "" if importlib.util.find_spec("xacro") else " description:=false"  # no xacro, no model
     print(f"the board at {port} speaks {explained(name)}; start it with\n  {LINE.format(received, port)}{model}")
+    if received == "robot:=thesis":
+        print("  (a Robotont 2 that was flashed: robot:=robotont21, else it drives sideways and turns the wrong way)")
     return 0
 
 

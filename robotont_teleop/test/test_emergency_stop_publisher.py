@@ -4,15 +4,16 @@ import io
 import socket
 import threading
 import time
+from unittest.mock import Mock
 
 import rosgraph
 import rospy
+from bus import Bus
 from rosgraph.network import read_ros_handshake_header, write_ros_handshake_header
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
-from robotont_driver.rospy_repairs.rospy_internals import connection_header
-from robotont_teleop.hand import service_request
+from robotont_teleop.hand import emergency_stop_publisher, service_request
 from robotont_teleop.hand.emergency_stop_publisher import HELD, EmergencyStopPublisher
 from robotont_teleop.hand.service_request import OLDEST, ServiceRequest
 from robotont_testing.harness import Master, in_own_process, suspended, wait_for
@@ -58,56 +59,54 @@ def test_what_a_person_asks_for_is_never_carried_out_late():
         assert set(said) == {""}, "a press that was released lives on"
 
 
-@in_own_process
-def test_a_release_tells_which_presses_its_person_has_seen():
-    """So that one which the network holds up ends no newer press: driver_node's part is tested there."""
-    with Master():
-        rospy.init_node("hand", disable_signals=True)
-        told = []
-        rospy.Service("emergency_stop/release", Trigger,
-                      lambda request: (told.append(connection_header(request)["seen"]) or True, ""))
-        rospy.Publisher("emergency_stop/pressed_by", String, queue_size=1, latch=True).publish("/other")
-        button = EmergencyStopPublisher()
-        wait_for(lambda: button.pressed_by, "the word of who presses")
-        assert not button.waits
-        button.press()
-        assert button.waits, "the robot stands by another press, which may have ended"
-        button.release()
-        wait_for(lambda: told == ["/hand, /other"], "the release")
+class Button(Bus):
+    """An EmergencyStopPublisher, and a driver_node that only says who presses."""
+
+    def __init__(self, monkeypatch):
+        super().__init__(monkeypatch, emergency_stop_publisher)
+        monkeypatch.setattr(emergency_stop_publisher, "ServiceRequest", self._request)
+        self.button, self.pressed = EmergencyStopPublisher(), self.sent["emergency_stop"]
+
+    def _request(self, _service, _what, _report, unwanted, done, seen):
+        self.unwanted, self.done, self.seen = unwanted, done, seen
+        return Mock()
+
+    def say(self, *names):
+        self.hear("emergency_stop/pressed_by", String(", ".join(names)))
 
 
-@in_own_process
-def test_a_release_that_was_begun_before_a_press_does_not_end_it():
-    with Master():
-        rospy.init_node("hand", disable_signals=True)
-        heard, words = [], rospy.Publisher("emergency_stop/pressed_by", String, queue_size=1, latch=True)
-        rospy.Subscriber("emergency_stop", Bool, lambda message: heard.append(message.data))
-        button = EmergencyStopPublisher()
-        wait_for(lambda: button.has_driver, "the words of a driver")
+def test_a_release_that_was_begun_before_a_press_does_not_end_it(monkeypatch):
+    bus = Button(monkeypatch)
+    bus.button.press()
+    bus.say("/node")
+    bus.say()  # another's, at once: whoever has asked for it has not seen this press
+    assert bus.pressed == [Bool(True)] * 2
+    bus.say("/node")
+    bus.now += HELD
+    bus.say()  # asked for anew: that the press was given again makes it no younger
+    assert bus.pressed == [Bool(True), Bool(True), Bool(False)]
+    bus.button.press()
+    bus.say("/node")
+    bus.button.release()
+    bus.say()  # the own release counts at once
+    assert bus.pressed[3:] == [Bool(True), Bool(False)]
+    assert not bus.button.pressed
 
-        def say(word):
-            words.publish(word)
-            wait_for(lambda: button.pressed_by == word, "the word")
-        button.press()
-        say("/hand")
-        wait_for(lambda: heard == [True], "the press")
-        say("")  # another's, at once: whoever has asked for it has not seen this press
-        wait_for(lambda: heard == [True, True], "the press again")
-        say("/hand")
-        time.sleep(HELD)
-        say("")  # asked for anew: that the press was given again makes it no younger
-        wait_for(lambda: heard == [True, True, False], "the release")
-        heard.clear()
-        button.press()
-        say("/hand")
-        button.release()
-        say("")
-        wait_for(lambda: heard == [True, False], "the own release counts at once")
-        button.press()
-        say("/hand")
-        time.sleep(HELD)
-        say("")
-        wait_for(lambda: heard == [True, False, True, False], "another's, later")
+
+def test_a_release_tells_which_presses_its_person_has_seen_and_ends_no_newer_one(monkeypatch):
+    bus = Button(monkeypatch)
+    bus.say("/other")
+    assert (bus.button.pressed, bus.button.waits) == (True, False)
+    bus.button.press()
+    assert bus.button.waits, "the robot stands by another press, which may have ended"
+    assert bus.seen() == "/node, /other"
+    asked = bus.now
+    bus.now += 0.1
+    assert not bus.unwanted(asked)
+    bus.button.press()
+    assert bus.unwanted(asked) == "it was pressed again meanwhile"
+    bus.done(asked)
+    assert bus.pressed == [Bool(True)] * 3, "what was carried out all the same is pressed again"
 
 
 @in_own_process
@@ -146,12 +145,13 @@ def test_what_the_network_holds_up_does_not_go_out_once_there_was_no_answer():
     with Master(), socket.create_server(("127.0.0.1", 0)) as server:
         rospy.init_node("hand", disable_signals=True)
         answers, heard, ended, back = [], [], threading.Event(), threading.Event()
-        request = ServiceRequest("give_back", "give back", answers.append)
+        request = ServiceRequest("give_back", "give back", answers.append, seen=lambda: "/other")
 
         def hold_up():
             for waits in (False, True):  # a question whether it is there, and the call
                 connection, _ = server.accept()
-                read_ros_handshake_header(connection, io.BytesIO(), 65536)
+                header = read_ros_handshake_header(connection, io.BytesIO(), 65536)
+                assert not waits or header["seen"] == "/other"  # of what the person has seen
                 if waits:
                     back.wait()
                 write_ros_handshake_header(connection, {"md5sum": Trigger._md5sum, "type": Trigger._type})

@@ -139,6 +139,8 @@ class Controller:
                 self._waits_for_zero = False
         elif self._silence < self._timeout:
             self._silence += periods
+            if self._silence >= self._timeout:
+                receiver.checked = False  # another, plain PC may take over
 
     @micropython.native
     def _drive(self, periods, commanded):

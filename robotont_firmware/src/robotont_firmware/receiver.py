@@ -61,8 +61,11 @@ def _read_numbers(line, numbers, amount: int) -> int:
 class Receiver:
     """Finds commands in a stream of bytes; nothing that arrives can make it raise.
 
+    The first command with a CRC makes the connection `checked`: plain ones, as a thesis' PC or a person at a terminal
+    sends them, are refused from then on, until somebody makes it False. A wrong CRC is refused always.
+
     `setpoints`: the newest valid command, one integer in 1/256 unit per wheel, rounded to nearest.
-    `dropped`: lines refused since the start, modulo 256; also those without CRC.
+    `dropped`: lines refused since the start, modulo 256.
     `order`: LEAVE, ASK, or TEST and what comes after it: of a valid `!repl;CCCC`, `?;CCCC`, `!test 0+;CCCC`; who obeys
     makes it 0.
     """
@@ -70,6 +73,7 @@ class Receiver:
     def __init__(self, wheels):
         self.setpoints = array("i", [0] * wheels)
         self.dropped = 0
+        self.checked = False
         self.order = 0
         self._orders = [line_of("!repl"), line_of("?")] + [line_of(f"!test {way}") for way in (
             f"{wheel}{sign}" for wheel in range(wheels) for sign in "+-")]
@@ -106,7 +110,8 @@ class Receiver:
         if length <= LINE_SIZE:
             line[length] = _NEWLINE
             end = _read_numbers(line, self._scratch, self._wheels)
-            if end > 0 and is_sealed(line, end):
+            if end > 0 and (is_sealed(line, end) if end < length else not self.checked):
+                self.checked = end < length
                 self.setpoints, self._scratch = self._scratch, self.setpoints
                 return True
             for index in range(len(self._orders)):

@@ -105,6 +105,20 @@ def test_garbage_and_questions_keep_no_motor_alive():
         assert robot.newest()[2] == refused
 
 
+def test_plain_pc_takes_over_after_the_timeout_only():
+    robot = Robot()
+    robot.tick(20, "30:30:30")
+    robot.board.inbox += b"-30:-30:-30;\n"
+    robot.tick(5)
+    assert robot.packets()[-1][0][0] > 0
+    robot.tick(60)
+    for _ in range(10):
+        robot.board.sent = b""
+        robot.board.inbox += b"-30:-30:-30;\n"
+        robot.tick(5)
+    assert robot.packets()[-1][0][0] < -25
+
+
 def break_line(robot, broken):
     robot.board.faults[1] = broken
 

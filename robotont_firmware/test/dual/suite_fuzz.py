@@ -83,6 +83,7 @@ def test_random_and_mutated_bytes():
     random, receiver = Random(20180521), Receiver(3)
     start = bytearray(checked("0:0:0"))
     receiver.feed(start, len(start))
+    assert receiver.checked
     newest = [(0, 0, 0)]
     fed = accepted = intact = digest = 0
     while fed < BYTES:

@@ -21,16 +21,16 @@ def test_crc_golden():
 
 def test_commands_golden():
     for vector in golden()["commands"]:
-        receiver = Receiver(len(vector["units"]))
-        line = vector["checked"].encode()
-        assert sum([feed(receiver, line[at : at + 1]) for at in range(len(line))]) == 1, line
-        assert list(receiver.setpoints) == vector["fixed_256"], line
-        assert receiver.dropped == 0
-        assert feed(receiver, vector["plain"].encode()) == 0, "no motion without a CRC"
-        assert receiver.dropped == 1
+        for kind in ("plain", "checked"):
+            receiver = Receiver(len(vector["units"]))
+            line = vector[kind].encode()
+            assert sum([feed(receiver, line[at : at + 1]) for at in range(len(line))]) == 1, vector[kind]
+            assert list(receiver.setpoints) == vector["fixed_256"], vector[kind]
+            assert receiver.checked == (kind == "checked")
+            assert receiver.dropped == 0
 
 
-def test_bad_commands_golden():
+def test_bad_commands_golden_in_either_mode():
     for line in golden()["bad_commands"]:
         for first in (b"", checked("5:6:7")):
             receiver = Receiver(3)
@@ -76,6 +76,9 @@ def test_lines_one_after_the_other():
     """Each: bytes, commands in them, then speed of all wheels and lines dropped so far."""
     longest = "1:2:3." + "0" * (LINE_SIZE - len("1:2:3.;CCCC"))
     for why, *lines in (
+        ("plain is refused after checked until it is released",
+         (b"1:1:1;\n", 1, 1, 0), (checked("4:4:4"), 1, 4, 0), (b"1:1:1;\n", 0, 4, 1), (None, 0, 4, 1),
+         (b"1:1:1;\n", 1, 1, 1)),
         ("the newest of several wins",
          (checked("1:1:1") + checked("2:2:2") + b"3:3:3;0000\n" + b"4:4:", 2, 2, 1)),
         ("a long line is dropped to its newline",
@@ -87,7 +90,10 @@ def test_lines_one_after_the_other():
     ):
         receiver = Receiver(3)
         for line, accepted, speed, dropped in lines:
-            assert feed(receiver, line) == accepted, why
+            if line is None:
+                receiver.checked = False
+            else:
+                assert feed(receiver, line) == accepted, why
             assert list(receiver.setpoints) == [256 * speed] * 3, why
             assert receiver.dropped == dropped, why
 

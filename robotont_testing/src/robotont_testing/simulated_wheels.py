@@ -80,22 +80,6 @@ def profile(length, speed, acceleration):
     return speeds * (length / (speeds.sum() * PERIOD))
 
 
-def mixed_drive(seconds, generator, speed=0.5):
-    """Twists of a drive that keeps changing: speeds and turns redrawn every 2 s, reached with 1 m/s^2."""
-    target = np.zeros(3)
-    now = np.zeros(3)
-    twists = np.empty((round(seconds / PERIOD), 3))
-    limit = np.array((1.0, 1.0, 4.0)) * PERIOD
-    for index in range(len(twists)):
-        if index % round(2.0 / PERIOD) == 0:
-            direction = generator.uniform(0, 2 * math.pi)
-            fast = generator.uniform(0.2, 1) * speed
-            target = np.array((fast * math.cos(direction), fast * math.sin(direction), generator.uniform(-1, 1)))
-        now = now + np.clip(target - now, -limit, limit)
-        twists[index] = now
-    return twists
-
-
 def matrix_of(covariance):
     """3 x 3 of a `Covariance`, its upper triangle row by row."""
     xx, xy, xa, yy, ya, aa = covariance

@@ -11,7 +11,7 @@ import time
 import pytest
 
 from robotont_testing import places
-from robotont_testing.harness import suspend, wait_for
+from robotont_testing.harness import suspend, suspended, wait_for
 from robotont_testing.stand_in_board import Board, speeds_of
 from robotont_testing.two_machines import ADDRESSES, TwoMachines
 
@@ -47,7 +47,7 @@ class Stage(TwoMachines):
         self.board = Board(str(self.folder / "board"), checked=True)
         self.board.plug()
         self._read = 0
-        self._commanders = {}
+        self.commanders = {}
         self.robot = self.on("robot", "roslaunch", places.launch("robot.launch"), f"port:={self.board.link}",
                              "description:=false", log=self.folder / "robot.log", **self.environment("robot"))
         wait_for(lambda: self.pid("driver_node"), "the robot", timeout=60)
@@ -62,16 +62,12 @@ class Stage(TwoMachines):
                                text=True, stdout=subprocess.PIPE).stdout.split()
         return int(found[0]) if found else 0
 
-    def respawn(self):
-        """Kill the node that listens to the commanders."""
-        os.kill(self.pid("cmd_vel_mux"), signal.SIGKILL)
-
     def command(self, who, order, latch=False):
         """Let a commander drive, or publish once; it starts where it does not run."""
         file = self.folder / f"{who}.orders"
         file.write_text(order)
-        if who not in self._commanders:
-            self._commanders[who] = self.on("laptop", "/usr/bin/python3", "-c", COMMANDER, file, latch,
+        if who not in self.commanders:
+            self.commanders[who] = self.on("laptop", "/usr/bin/python3", "-c", COMMANDER, file, latch,
                                             log=self.folder / f"{who}.log", **self.environment("laptop"))
 
     def said(self, who):
@@ -82,19 +78,13 @@ class Stage(TwoMachines):
         """How often subscribers have connected to the publisher that latches."""
         return self.said("latched").count("connected")
 
-    def signal(self, who, number):
-        """To a commander; one that SIGSTOP has let hang goes on at SIGCONT, others end it."""
-        if number == signal.SIGSTOP:
-            suspend(self._commanders[who].pid)
-        elif number == signal.SIGCONT:
-            os.kill(self._commanders[who].pid, number)
-        else:
-            self.stop(self._commanders.pop(who), number)
+    def kill(self, who):
+        self.stop(self.commanders.pop(who), signal.SIGKILL)
 
     def in_order(self):
         """No commander, and nothing between the machines."""
-        for who in list(self._commanders):
-            self.signal(who, signal.SIGKILL)
+        for who in list(self.commanders):
+            self.kill(who)
         self.mend()
         self.stands()
 
@@ -134,7 +124,7 @@ class Stage(TwoMachines):
 
     def drives_by_another(self):
         self.drives("other")
-        self.signal("other", signal.SIGKILL)
+        self.kill("other")
         self.stands()
 
 
@@ -161,14 +151,14 @@ def latched(stage):
     return stage.connections()
 
 
-@pytest.mark.parametrize("outage, how", [
-    (2.0, signal.SIGSTOP), pytest.param(10.0, signal.SIGKILL, marks=pytest.mark.nightly)])
-def test_what_waited_for_the_network_does_not_drive(stage, outage, how):
+@pytest.mark.parametrize("outage, end", [
+    (2.0, suspend), pytest.param(10.0, lambda pid: os.kill(pid, signal.SIGKILL), marks=pytest.mark.nightly)])
+def test_what_waited_for_the_network_does_not_drive(stage, outage, end):
     stage.drives()
     stage.drop()
     cut = time.monotonic()
     stage.stands()
-    stage.signal("driver", how)
+    end(stage.commanders["driver"].pid)
     stage.stays(cut + outage - time.monotonic())
     stage.mend()
     stage.stays(outage + LATE)
@@ -183,7 +173,7 @@ def test_a_latched_command_drives_neither_after_an_outage_nor_a_node_that_was_ki
     stage.stays(LATE)
     stage.drives_by_another()
     before = stage.connections()
-    stage.respawn()
+    os.kill(stage.pid("cmd_vel_mux"), signal.SIGKILL)
     wait_for(lambda: stage.connections() > before, "the connection of the new node")
     stage.stays(LATE)
     stage.drives_by_another()
@@ -191,11 +181,10 @@ def test_a_latched_command_drives_neither_after_an_outage_nor_a_node_that_was_ki
 
 @pytest.mark.nightly
 def test_a_latched_command_of_a_publisher_that_hung_does_not_drive(stage, latched):
-    stage.signal("latched", signal.SIGSTOP)
-    stage.respawn()
-    stage.drives_by_another()  # the new node listens
-    time.sleep(2.0)  # longer than a start takes
-    stage.signal("latched", signal.SIGCONT)
+    with suspended(stage.commanders["latched"].pid):
+        os.kill(stage.pid("cmd_vel_mux"), signal.SIGKILL)
+        stage.drives_by_another()  # the new node listens
+        time.sleep(2.0)  # longer than a start takes
     wait_for(lambda: stage.connections() > latched, "the new connection")
     stage.stays(LATE)
 

@@ -11,6 +11,8 @@ pytestmark = needs(*NAVIGATION_PACKAGES)
 
 IN_THE_ROOM = ["--goal", "8", "8", "1.57"]
 ERROR = 0.07  # [m] of the true place at the end; of a hundred goals none was missed by more than 0.05
+POSE_ERROR = 0.12   # [m] of the localization, behind a fault
+NOT_MOVED = 0.003   # [m] that the truth may wander while the robot stands
 THREE = [*IN_THE_ROOM, "--goal", "1", "8.5", "3.0", "--goal", "9", "1", "-1.57"]
 
 
@@ -82,3 +84,22 @@ def test_no_alarm_on_the_right_map_and_one_on_a_map_of_another_place():
 def test_with_four_wheels(tmp_path):
     robot = robot_folder(tmp_path, {**SHIPPED, "wheelAmount": 4, "wheelRads": [0.785, 2.356, 3.927, 5.498]})
     drive("--goal", "3", "3", "-3.0", "--robot", robot)
+
+
+@pytest.mark.parametrize("world", ["room", "maze"])
+def test_navigation_comes_back_or_says_what_to_do(world):
+    """Nobody waits for ever, goto says how each fault ended, and the robot can be sent again."""
+    found = figures_of("fault_run.py", "--world", world, timeout=1500)
+    for row in found["rows"]:
+        assert row["status"] in row["expected"], row
+        assert row["status"] == 0 or row["again"] == 0, row
+        assert row["pose_error_m"] < POSE_ERROR, row
+        assert row["goal_error_m"] < POSE_ERROR, row
+        if row["fault"].startswith("kidnapped"):
+            assert "relocalize" in row["words"], row
+        if row["fault"].startswith("emergency stop"):
+            assert row["stood_s"] < 1.0, row
+            assert row["way_after_m"] < NOT_MOVED, row
+            assert "cancelled by the emergency stop, pressed by " in row["words"], row
+    assert found["rows"]
+    assert found["navigation_monitor_mib"] < 45.0

@@ -37,16 +37,20 @@ READERS = {  # where parameters stand: the section of KNOWN with those that are 
 @pytest.mark.parametrize("file, packages", [
     ("navigation.launch", [name for name in NAVIGATION_PACKAGES if name not in ("amcl", "fake_localization")]),
     ("slam.launch", ["gmapping"]), ("camera_scan.launch", ["depthimage_to_laserscan"])])
-def test_a_missing_package_is_named_in_the_first_line(file, packages, tmp_path):
-    """Of a copy that asks for one more: the stack may be there."""
-    text = (ROOT / "launch" / file).read_text()
-    _, require, asked = text.partition(f"/require {file}")
+def test_a_launch_file_asks_for_what_it_starts(file, packages):
+    _, _, asked = (ROOT / "launch" / file).read_text().partition(f"/require {file}")
     assert set(packages) <= set(asked.partition('"/>')[0].split())
-    (tmp_path / file).write_text(text.replace(require, f"{require} no_such_package", 1))
-    result = subprocess.run(["roslaunch", str(tmp_path / file)], env={**os.environ, "ROS_IP": "127.0.0.1"}, check=False,
-                            text=True, timeout=60, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    words = (rf"^{file} needs the ROS packages? no_such_package.*, which (is|are) missing: sudo apt-get install "
-             r"ros-noetic-\S+ \(ROS Noetic; Debian itself has none\)\n.*returned with code \[1\]")
+
+
+def test_a_missing_package_is_named_in_the_first_line(tmp_path):
+    """Of a copy that asks for one more: the stack may be there."""
+    file = tmp_path / "navigation.launch"
+    text = (ROOT / "launch" / file.name).read_text()
+    file.write_text(text.replace(f"/require {file.name}", f"/require {file.name} no_such_package", 1))
+    result = subprocess.run(["roslaunch", str(file)], env={**os.environ, "ROS_IP": "127.0.0.1"}, check=False, text=True,
+                            timeout=60, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    words = (r"^navigation.launch needs the ROS packages? no_such_package.*, which (is|are) missing: sudo apt-get "
+             r"install ros-noetic-\S+ \(ROS Noetic; Debian itself has none\)\n.*returned with code \[1\]")
     assert re.search(words, result.stdout, re.MULTILINE), result.stdout
     assert "Traceback" not in result.stdout
     assert result.returncode != 0

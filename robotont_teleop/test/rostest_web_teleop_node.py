@@ -1,71 +1,31 @@
 #!/usr/bin/env python3
-"""The node of the page, without a browser: goals, its end, https and token, and a STOP over its restart."""
+"""The node of the page, without a browser: its end, https and token, and a STOP over its restart."""
 
 import contextlib
 import http.client
-import math
 import signal
 import ssl
 import subprocess
 import threading
 import time
-from pathlib import Path
 
 import rospy
 import rostest
-import tf2_ros
-from actionlib_msgs.msg import GoalStatus, GoalStatusArray
-from geometry_msgs.msg import TransformStamped, Twist
-from move_base_msgs.msg import MoveBaseActionGoal
-from nav_msgs.msg import OccupancyGrid, Odometry
-from web_client import Client, room
+from geometry_msgs.msg import Twist
+from web_client import Client
 
-from robotont_driver.kinematics.se2 import pose_of
-from robotont_driver.ros.worker import Worker
 from robotont_testing import places
 from robotont_testing.harness import free_port, wait_for
 from robotont_testing.node_test import NodeTest
 
-MOVE_BASE = Path(__file__).resolve().parents[2] / "robotont_map_navigation" / "test" / "move_base_double.py"
-MAP_TO_ODOM, ODOM_TO_BASE = (1.0, 2.0, 0.0), (0.5, -0.25, 0.6)  # [m, m, rad]
 DRIVE, STOP = (0.3, 0.0, 0.0), (0.0, 0.0, 0.0)
 RUSH = 160  # commands at once, of 200 a second that a page may send
 
 
-def transform(frame, child, x, y, yaw):
-    message = TransformStamped(child_frame_id=child)
-    message.header.frame_id, message.header.stamp = frame, rospy.Time.now()
-    message.transform.translation.x, message.transform.translation.y = x, y
-    message.transform.rotation.z, message.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
-    return message
-
-
 class WebTeleopNodeTest(NodeTest):
-    """With odometry that stands still."""
-
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.port = free_port()
-        cls.odometry = rospy.Publisher("odom", Odometry, queue_size=1)
-        cls.moving = tf2_ros.TransformBroadcaster()
-        Worker(cls.publish_odometry)
-        cls.broadcaster = tf2_ros.StaticTransformBroadcaster()
-        cls.broadcaster.sendTransform([transform("map", "odom", *MAP_TO_ODOM)])
-        cls.map = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
-        cls.map.publish(room())
-
-    @classmethod
-    def publish_odometry(cls):
-        message = Odometry(child_frame_id="base_footprint")
-        message.header.frame_id = "odom"
-        message.pose.pose.orientation.w = 1.0
-        cls.odometry.publish(message)
-        cls.moving.sendTransform(transform("odom", "base_footprint", *ODOM_TO_BASE))
-        return 0.05
-
     def setUp(self):
         super().setUp()
+        self.port = free_port()
         if rospy.has_param("/web_teleop_node"):
             rospy.delete_param("/web_teleop_node")
         self.hand = []
@@ -85,36 +45,6 @@ class WebTeleopNodeTest(NodeTest):
         client.__enter__()
         self.addCleanup(client.__exit__)
         return client.ready_page()
-
-    def test_a_goal_on_the_map_sends_the_robot_there_and_stop_takes_it_back(self):
-        goals = self.listen("move_base/goal", MoveBaseActionGoal)
-        statuses = self.listen("move_base/status", GoalStatusArray)
-        self.processes.start(MOVE_BASE, "cmd_vel:=cmd_vel/navigation")
-        self.start("_oldest_command:=2.0")  # on a busy machine, too, the goal is not late
-        page = self.page()
-        status = lambda: page.messages["status"]  # noqa: E731
-        wait_for(lambda: status()["navigation"] and status()["frame"] == "map", "navigation, and a place on the map")
-        pose = MAP_TO_ODOM[0] + ODOM_TO_BASE[0], MAP_TO_ODOM[1] + ODOM_TO_BASE[1], ODOM_TO_BASE[2]
-        for told, real in zip(page.messages["state"]["pose"], pose):
-            self.assertAlmostEqual(told, real, places=3)
-
-        def ask():  # again, as a person whom a busy computer has told that it was too late
-            page.order("goal", x=2.0, y=1.0)
-            with contextlib.suppress(AssertionError):
-                return wait_for(lambda: goals and goals[-1].goal.target_pose, "the goal", 5.0)
-        goal = wait_for(ask, "the goal")
-        self.assertEqual(goal.header.frame_id, "map")
-        for given, real in zip(pose_of(goal.pose), (2.0, 1.0, pose[2])):  # it looks as it looked
-            self.assertAlmostEqual(given, real, places=3)
-        wait_for(lambda: "to go" in (status()["goal"] or {"words": ""})["words"], "the way that is left")
-
-        def active():
-            return [one for one in statuses[-1].status_list if one.status in (
-                GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING)]
-        wait_for(active, "an active goal")
-        page.send({"kind": "stop"})
-        wait_for(lambda: not active(), "the end of the goal")
-        wait_for(lambda: status()["goal"] is None, "the end of the goal on the page")
 
     def test_its_end_amid_a_rush_of_commands_is_a_zero(self):
         """A signal meets the server at any place, in the middle of publishing a command, too."""
@@ -187,16 +117,13 @@ class WebTeleopNodeTest(NodeTest):
                 connection.request(*request, headers=headers)
                 answer = connection.getresponse()
                 return answer.status, answer.headers, answer.read()
-        status, headers, page = ask("GET", "/")
-        self.assertEqual((status, b'id="stop"' in page), (401, False))
+        status, headers, _ = ask("GET", "/")
+        self.assertEqual(status, 401)
         self.assertIn(f"wss://127.0.0.1:{self.port}", headers["Content-Security-Policy"])
         _, headers, _ = ask("POST", "/login", f"token={token}", Origin=f"https://127.0.0.1:{self.port}",
                             **{"Content-Type": "application/x-www-form-urlencoded"})
-        cookie = headers["Set-Cookie"]
-        for word in ("Secure", "HttpOnly", "SameSite=Strict"):
-            self.assertIn(word, cookie)
-        self.assertNotIn(token, cookie)
-        self.assertIn(b'id="stop"', ask("GET", "/", Cookie=cookie.partition(";")[0])[2])
+        self.assertIn("Secure", headers["Set-Cookie"])
+        self.assertIn(b'id="stop"', ask("GET", "/", Cookie=headers["Set-Cookie"].partition(";")[0])[2])
         for file in (*logs.rglob("*"), self.log):  # a file is no terminal
             if file.is_file():
                 self.assertNotIn(token, file.read_text(errors="replace"), file)

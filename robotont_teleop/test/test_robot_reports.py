@@ -1,6 +1,7 @@
 """A page shows the faults of its own robot, among several on one master."""
 
 import pytest
+from bus import Bus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
@@ -16,8 +17,8 @@ TOLD = {"robot1/serial_com_node: link": "robot1", "robot2/serial_com_node: link"
 
 
 @pytest.fixture(autouse=True)
-def no_topics(monkeypatch):
-    monkeypatch.setattr("rospy.Subscriber", lambda *_, **__: None)
+def bus(monkeypatch):
+    return Bus(monkeypatch, robot_reports, frame_chain)
 
 
 @pytest.mark.parametrize("namespace, own", [
@@ -63,16 +64,15 @@ def test_a_level_that_is_none_is_shown_as_silence(level):
     assert reports.worst == {"task": "a: b", "level": 3, "words": "stale", "fault": "silent"}
 
 
-def test_pages_and_fleet_are_told_the_same_worst_and_that_a_task_has_fallen_silent(monkeypatch):
-    now, reports = [100.0], RobotReports("")
-    monkeypatch.setattr(robot_reports, "boot_time", lambda: now[0])
+def test_pages_and_fleet_are_told_the_same_worst_and_that_a_task_has_fallen_silent(bus):
+    reports = RobotReports("")
 
     def say(name, level):
         reports._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(name=name, level=level, message="in words")]))
     say("a: well", 0)
     say("b: link", 1)
     assert reports.worst == {"task": "b: link", "level": 1, "words": "in words", "fault": ""}
-    now[0] += 6.0
+    bus.now += 6.0
     say("c: link", 2)
     assert reports.worst["task"] == reports.lights[0]["name"] == "c: link"
     assert [(light["level"], light["words"], light["key"]) for light in reports.lights[1:]] == [
@@ -86,21 +86,18 @@ def test_a_speed_that_is_no_number_is_unknown():
     assert reports.velocity is None
 
 
-def test_what_was_heard_before_the_computer_slept_is_old(monkeypatch):
+def test_what_was_heard_before_the_computer_slept_is_old(bus):
     """time.monotonic() stands still meanwhile."""
-    slept, hear = [0.0], {}
-    monkeypatch.setattr("rospy.Subscriber", lambda topic, _kind, take, *_, **__: hear.update({topic: take}))
-    for module in (robot_reports, frame_chain):
-        monkeypatch.setattr(module, "boot_time", lambda: 100.0 + slept[0], raising=False)
     reports, chain, found = RobotReports(""), frame_chain.FrameChain(), []
     chain.listen()
     transform = TransformStamped(child_frame_id="base_link")
     transform.transform.rotation.w = 1.0
-    hear["/tf"](TFMessage([transform]))
-    hear["odom"](Odometry())
-    hear["battery"](BatteryState(percentage=0.5))
-    hear["/diagnostics"](DiagnosticArray(status=[DiagnosticStatus(name="a: b")]))
-    for slept[0] in (0.0, 20.0):
+    for topic, message in (("/tf", TFMessage([transform])), ("odom", Odometry()),
+                           ("battery", BatteryState(percentage=0.5)),
+                           ("/diagnostics", DiagnosticArray(status=[DiagnosticStatus(name="a: b")]))):
+        bus.hear(topic, message)
+    for _ in range(2):
         found.append((reports.velocity is None, reports.battery is None, reports.worst["fault"],
-                      chain.links("base_link", 100.0 + slept[0]) == []))
+                      chain.links("base_link", bus.now) == []))
+        bus.now += 20.0
     assert found == [(False, False, "", False), (True, True, "silent", True)]

@@ -1,0 +1,73 @@
+"""The robot as its page sees it, and what becomes of a page's goal; without ROS."""
+
+import math
+from unittest.mock import Mock
+
+import pytest
+from actionlib_msgs.msg import GoalID
+from bus import Bus
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from guarded_drive import WHEELS
+from nav_msgs.msg import OccupancyGrid, Odometry
+from sensor_msgs.msg import Range
+from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
+from web_client import room
+
+from robotont_description.geometry import body
+from robotont_map_navigation.goal import Goal, Outcome, Status
+from robotont_teleop.hand import emergency_stop_publisher, robot_reports
+from robotont_teleop.web import camera, newest_goal, robot_view
+from robotont_testing.node_test import twist
+
+
+def transform(parent, child, x, y, yaw=0.0):
+    turn = Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+    return TransformStamped(Header(frame_id=parent), child, Transform(Vector3(x, y, 0.0), turn))
+
+
+class View(Bus):
+    """On a robot that stands on a map."""
+
+    def __init__(self, monkeypatch):
+        super().__init__(monkeypatch, robot_view, robot_reports, camera, newest_goal, emergency_stop_publisher)
+        self.goto = Mock(answers=True)
+        self.goto.check.return_value, self.goto.follow.return_value = None, Outcome(Status.DONE, "there")
+        monkeypatch.setattr(robot_view, "GoTo", lambda _: self.goto)
+        monkeypatch.setattr(robot_view, "running_wheels", lambda _: WHEELS)
+        self.view = robot_view.RobotView("camera")
+        self.hear("/tf_static", TFMessage([transform("base_link", "sonar", 0.1, 0.0)]))
+        self.hear("odom", Odometry(child_frame_id="base_link"))
+        self.hear("/tf", TFMessage([transform("map", "odom", 1.0, 2.0), transform("odom", "base_link", 0.5, -0.25, 0.6)]))
+
+
+@pytest.fixture
+def bus(monkeypatch):
+    return View(monkeypatch)
+
+
+def test_a_goal_is_a_place_on_the_map_where_the_robot_looks_as_it_looks_now_and_cancelling_takes_back_all(bus):
+    assert bus.view.state()["pose"] == pytest.approx((1.5, 1.75, 0.6))
+    bus.view.goal(2.0, 1.0)
+    next(work for work in bus.work if work.__name__ == "_pursue")()
+    bus.goto.send.assert_called_once_with(Goal(2.0, 1.0, pytest.approx(0.6)))
+    assert bus.view.status()["note"]["words"] == "there"
+    bus.view.cancel()
+    bus.goto.leave.assert_called_with(cancel=True)
+    assert bus.sent["move_base/cancel"] == [GoalID()], "whoever has sent them"
+
+
+def test_a_page_is_told_who_moves_it_what_is_near_and_where_its_map_lies(bus):
+    bus.hear("cmd_vel", twist(0.1), "/square")
+    bus.hear("cmd_vel/hand", twist(), "/keys")
+    assert bus.view.state()["mover"] == ("program", "square")
+    assert bus.view.status()["near"] == []
+    next(work for work in bus.work if work.__name__ == "_look_for_wheels")()
+    bus.hear("range", Range(header=Header(frame_id="sonar"), field_of_view=0.4, min_range=0.04, max_range=4.0, range=0.5))
+    status, radius = bus.view.status(), body(WHEELS)[0]
+    assert (status["frame"], status["radius"]) == ("map", radius)
+    assert status["near"][0] == pytest.approx(0.6 - radius, abs=0.01)
+    bus.hear("map", room(x=1.0))
+    bus.hear("map", OccupancyGrid())  # none: the one before stays
+    assert bus.view.status()["map"]["origin"] == (1.0, 0.0, 0.0)
+    assert bus.view.map_picture.startswith(b"\x89PNG")

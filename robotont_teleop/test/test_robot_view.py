@@ -63,7 +63,8 @@ def test_a_page_is_told_who_moves_it_what_is_near_and_where_its_map_lies(bus):
     assert bus.view.state()["mover"] == ("program", "square")
     assert bus.view.status()["near"] == []
     next(work for work in bus.work if work.__name__ == "_look_for_wheels")()
-    bus.hear("range", Range(header=Header(frame_id="sonar"), field_of_view=0.4, min_range=0.04, max_range=4.0, range=0.5))
+    bus.hear("range", Range(header=Header(frame_id="sonar"), field_of_view=0.4, min_range=0.04, max_range=4.0,
+                            range=0.5))
     status, radius = bus.view.status(), body(WHEELS)[0]
     assert (status["frame"], status["radius"]) == ("map", radius)
     assert status["near"][0] == pytest.approx(0.6 - radius, abs=0.01)

@@ -38,7 +38,8 @@ class View(Bus):
         self.view = robot_view.RobotView("camera")
         self.hear("/tf_static", TFMessage([transform("base_link", "sonar", 0.1, 0.0)]))
         self.hear("odom", Odometry(child_frame_id="base_link"))
-        self.hear("/tf", TFMessage([transform("map", "odom", 1.0, 2.0), transform("odom", "base_link", 0.5, -0.25, 0.6)]))
+        self.hear("/tf", TFMessage([transform("map", "odom", 1.0, 2.0),
+                                    transform("odom", "base_link", 0.5, -0.25, 0.6)]))
 
 
 @pytest.fixture

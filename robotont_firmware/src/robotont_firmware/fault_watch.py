@@ -3,10 +3,10 @@
     NO_COUNTS  more is asked for it than what gravity and stiction may hold (MAX_LOAD) for 400 ms, in which it makes
                less than a quarter of the way that is wanted, and at least six edges of that are missing
     WRONG_WAY  driven one way, and counting the other way, for 450 ms: longer than a push
-    TOO_MANY   more counts than the motor can make, for three control periods
+    TOO_MANY   more counts than the motor can make, for three periods
     NOISE      counts to and fro, nine turns within a second or two, while it stands without effort
 
-Speeds are fine units (robot_numbers), times control periods. All of the first two is in the direction of the drive.
+Speeds are fine units (robot_numbers), times periods. All of the first two is in the direction of the drive.
 `numbers` is a wheel's array, whose first places are theirs.
 """
 
@@ -27,9 +27,9 @@ TIMES = (  # [ms]
     450,  # and of the second;
     250,  # after which a turn of the fourth is forgotten
 )
-BEYOND = const(3)  # [control periods] of the third
+BEYOND = const(3)  # [periods] of the third
 TURNS = const(8)  # of the fourth
-_MOST_WAY = const(1048576)  # [fine units] no more is summed
+_MOST_WAY = const(67108864)  # [fine units] no more is summed
 
 _FOLLOWS = const(0)  # places in the numbers of a wheel: of the configuration,
 _TIME = const(1)
@@ -48,7 +48,7 @@ _MADE = const(12)  # and that is made, and an edge: so it is never negative
 
 @micropython.viper
 def drive_fault(numbers, wished: int, speed: int, push: int, excess: int, periods: int) -> int:
-    """Judge a control period in which a wheel should make `wished` and made `speed`, with an effort `push`.
+    """Judge a period in which a wheel should make `wished` and made `speed`, with an effort `push`.
 
     excess: the effort that it asked for above MAX_LOAD, or its limits.
     """
@@ -81,7 +81,7 @@ def drive_fault(numbers, wished: int, speed: int, push: int, excess: int, period
 
 @micropython.viper
 def speed_fault(numbers, speed: int, periods: int) -> int:
-    """Judge the speed of any control period."""
+    """Judge the speed of any period."""
     n = ptr32(numbers)
     many = speed > n[_REACH] or speed < 0 - n[_REACH]
     n[_MANY] = n[_MANY] + periods if many else 0
@@ -90,7 +90,7 @@ def speed_fault(numbers, speed: int, periods: int) -> int:
 
 @micropython.viper
 def rest_fault(numbers, speed: int, periods: int) -> int:
-    """Judge a control period in which the wheel stood without effort."""
+    """Judge a period in which the wheel stood without effort."""
     n = ptr32(numbers)
     before = n[_BEFORE] << int(SIGN) >> int(SIGN)
     n[_BEFORE] = speed

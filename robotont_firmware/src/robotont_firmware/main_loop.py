@@ -42,12 +42,10 @@ class Controller:
         wheels, numbers = config.WHEELS, robot_numbers.Numbers(config)
         self._board, self._fault = board, board.fault
         self._test_effort = config.TEST_EFFORT
-        self._numbers, self._every, self._brake = numbers, numbers.every, numbers.brake
-        self._waited = 0  # [periods] since the last control period,
-        self._waiting = array("i", [0] * wheels)  # and the edges in them
-        self._timeout, self._brake_time, self._hold_time, self._test_time = robot_numbers.times(
-            config, 1, config.TIMEOUT, config.BRAKING, config.FAULT_HOLD, config.TEST_TIME)
-        self._test_edges = max(1, robot_numbers.free_speed(config, 1, 0) * config.TEST_SPEED // 1000)  # per period
+        self._numbers, self._brake = numbers, numbers.brake
+        self._timeout, self._brake_time, self._hold_time, self._test_time = robot_numbers.in_periods(
+            config, config.TIMEOUT, config.BRAKING, config.FAULT_HOLD, config.TEST_TIME)
+        self._test_edges = max(1, robot_numbers.free_speed(config, 0) * config.TEST_SPEED // 1000)  # per period
         self._wheels = wheels
         self._receiver = Receiver(wheels)
         self._sender = Sender(wheels)
@@ -84,26 +82,18 @@ class Controller:
     @micropython.native
     def step(self, periods):
         """Do the work of one period, `periods` ticks after the last one."""
-        board, receiver = self._board, self._receiver
-        wheels, waiting = self._wheels, self._waiting
+        board, receiver, wheels = self._board, self._receiver, self._wheels
         board.counts(self._totals)
-        measure(self._totals, self._last_totals, self._counts, waiting, wheels)
+        measure(self._totals, self._last_totals, self._counts, wheels)
         self._receive(periods)
-        waited = self._waited + periods
-        control = waited // self._every  # whole control periods; a tick that is over belongs to these
         ready = not self._has_fault(periods) and not self._waits_for_zero
         commanded = ready and self._silence < self._timeout
         if ready and not commanded and (receiver.order >= TEST or self._test_left > 0):
             self._test(periods)
-        elif control > 0:
-            if commanded or self._undriven < self._brake_time:
-                self._drive(control, commanded)
-            else:
-                self._rest(control)
-        if control > 0:
-            waited = 0
-            clear(waiting, wheels)
-        self._waited = waited
+        elif commanded or self._undriven < self._brake_time:
+            self._drive(periods, commanded)
+        else:
+            self._rest(periods)
         if commanded:
             self._undriven = 0
         elif self._undriven < self._brake_time:
@@ -150,7 +140,7 @@ class Controller:
             clear(setpoints.now, wheels)
         stands = not commanded or setpoints.advance() == 0
         pids = self._pids
-        counts = self._waiting
+        counts = self._counts
         brake = self._brake if commanded else self._softer(periods)
         setpoints.accelerate(pids)
         board, broken, faults = self._board, self._fault_hold > 0, self._status.fields
@@ -175,7 +165,7 @@ class Controller:
         numbers, fastest = self._numbers, 0
         most = (numbers.reach * periods + periods - 1) >> numbers.shift  # [edges] more are no speed
         for wheel in range(self._wheels):
-            edges = abs(self._waiting[wheel])
+            edges = abs(self._counts[wheel])
             if fastest < edges <= most:
                 fastest = edges
         speed = max(1, (fastest << numbers.shift) // periods)

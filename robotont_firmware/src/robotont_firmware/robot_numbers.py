@@ -1,9 +1,8 @@
 """Every number of the loop from what config tells of robot and motors: integers, alike on every interpreter.
 
-Speeds are counted in *fine* units per control period: an edge is 2^shift of them, with the shift that brings the
-no-load speed to 32768 .. 65535. So gains and limits are shares of the no-load speed, whatever encoder, gear and rate,
-and no product outgrows the board's small integers of 31 bits: the loop allocates nothing. The tests look at every
-result. A control period is one period, or as many as make 20 ms, where the packets come faster.
+Speeds are counted in *fine* units per period: an edge is 2^shift of them, with the shift that brings the no-load
+speed to 32768 .. 65535. So gains and limits are shares of the no-load speed, whatever encoder, gear and rate, and no
+product outgrows the board's small integers of 31 bits: the loop allocates nothing. The tests look at every result.
 """
 
 FULL_EFFORT = 4000  # of the whole battery voltage
@@ -12,9 +11,8 @@ MOTOR_VOLTAGE = 12000  # [mV] at which efforts hold
 MAX_PERIODS = 16  # [periods] that the watchdog lets pass: a step makes up for the ticks that were missed
 NO_ARC = 1 << 28  # an arc that bends nothing
 TURN = 628319  # [1/100000 rad]
-CONTROL_RATE = 50  # [Hz]
 LAG = 6000  # [us] between counts and effort
-LEAST_EDGES, MOST_EDGES = 8, 16000  # [edges] in a control period, and in a period, without load
+LEAST_EDGES, MOST_EDGES = 8, 16000  # [edges] in a period, without load
 MOST_LOAD_TIME = 1500  # [ms] in which shorted motors, the brake of each stop, slow the robot down to 37 %
 _SINES = (866, 1000, 951, 866, 782, 707)  # [1/1000] of the angle between 3 .. 8 wheels
 
@@ -56,9 +54,9 @@ def line_bytes(config):
     return max(1, config.BAUDRATE // 10 // config.RATE * 9 // 8)
 
 
-def times(config, every, *milliseconds):
-    """Return times in so many periods each, one at least."""
-    return [max(1, time * config.RATE // (1000 * every)) for time in milliseconds]
+def in_periods(config, *milliseconds):
+    """Return times in periods, one at least."""
+    return [max(1, time * config.RATE // 1000) for time in milliseconds]
 
 
 def check(config):
@@ -66,8 +64,8 @@ def check(config):
     for name, least, most in _RANGES:
         check_number(config, name, least, most)
     turns, time = config.NO_LOAD_SPEED * 100000, 10 * TURN * config.RATE  # of a motor without load, in a period
-    check_number(config, "EDGES", -(-LEAST_EDGES * time // (turns * control_periods(config))),
-                 ((MOST_EDGES + 1) * time - 1) // turns, " with this NO_LOAD_SPEED and RATE")
+    check_number(config, "EDGES", -(-LEAST_EDGES * time // turns), ((MOST_EDGES + 1) * time - 1) // turns,
+                 " with this NO_LOAD_SPEED and RATE")
     slow = max(load_times(config)) // 1000
     require("GEAR", config.GEAR, slow <= MOST_LOAD_TIME,
             f"one with which shorted motors slow the robot to 37 % in {MOST_LOAD_TIME} ms at most, not {slow}: or less "
@@ -82,18 +80,13 @@ def load_times(config):
             config.INERTIA * shaft * 100000000 // (torque * config.DISTANCE ** 2))
 
 
-def control_periods(config):
-    """Return how many periods make a control period."""
-    return max(1, (config.RATE + CONTROL_RATE // 2) // CONTROL_RATE)
-
-
-def free_speed(config, periods, shift):
-    """Return the no-load speed: edges * 2^shift in so many periods."""
-    return (config.NO_LOAD_SPEED * config.EDGES * periods * 100000 << shift) // (10 * TURN * config.RATE)
+def free_speed(config, shift):
+    """Return the no-load speed: edges * 2^shift in a period."""
+    return (config.NO_LOAD_SPEED * config.EDGES * 100000 << shift) // (10 * TURN * config.RATE)
 
 
 class Numbers:
-    """What the loop needs: speeds in fine units, gains in 1/65536 effort per fine unit, times in control periods.
+    """What the loop needs: speeds in fine units, gains in 1/65536 effort per fine unit, times in periods.
 
     Raises ValueError for a configuration that does not fit.
     """
@@ -101,14 +94,13 @@ class Numbers:
     def __init__(self, config):
         check(config)
         battery, full, wheels = config.BATTERY, FULL_EFFORT, config.WHEELS
-        self.every = every = control_periods(config)
-        period = 1000000 * every // config.RATE  # [us]
+        period = 1000000 // config.RATE  # [us]
         self.shift = 0
-        while free_speed(config, every, self.shift) < 32768:
+        while free_speed(config, self.shift) < 32768:
             self.shift += 1
-        self.free = free = free_speed(config, every, self.shift)
+        self.free = free = free_speed(config, self.shift)
         self.max_speed = free * config.MAX_SPEED // 1000
-        self.most_edges = 2 * free >> self.shift  # [edges per control period] more are no speed
+        self.most_edges = 2 * free >> self.shift  # [edges per period] more are no speed
         edge = 1 << self.shift
         self.follows = max(free // 50, edge * 3 // 2)
         self.creeps = max(free // 20, 2 * edge)

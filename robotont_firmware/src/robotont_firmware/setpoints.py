@@ -18,8 +18,7 @@ class Setpoints:
         self.now = array("i", [0] * wheels)
         self._wheels = wheels
         self._max_speed = numbers.max_speed
-        self._up = numbers.shift  # what makes fine units per control period of 1/256 edge per period
-        self._every = numbers.every
+        self._up = numbers.shift  # what makes fine units of 1/256 edge per period
         self._max_change, self._max_braking = numbers.change, numbers.braking
         self._change = self._max_change  # one of both, by the newest command
         self.straight = array("i", [0] * wheels)
@@ -33,9 +32,9 @@ class Setpoints:
         sign = int(SIGN)
         wheels = int(self._wheels)
         most = int(self._max_speed)
-        every, up = int(self._every), int(self._up)
+        up = int(self._up)
         half = 128 >> up
-        limit = (most << 8 >> up) // every
+        limit = most << 8 >> up
         command = ptr32(wished)
         targets = ptr32(self.targets)
         fastest = 0
@@ -52,7 +51,7 @@ class Setpoints:
                     less += 1
                 target = ((target >> less) * (most >> 2) // (fastest >> less)) << 2
             else:
-                target = (target * every << up) + half >> 8 if up < 8 else target * every << up - 8
+                target = (target << up) + half >> 8 if up < 8 else target << up - 8
             targets[wheel] = target
         self._change = self._max_braking if fastest == 0 else self._max_change
         return fastest
@@ -121,13 +120,11 @@ def clear(numbers, amount: int):
 
 
 @micropython.viper
-def measure(totals, last_totals, counts, sums, amount: int):
-    """Fill counts with totals - last_totals modulo 2^16 (signed), add them to sums, and make the totals the last."""
+def measure(totals, last_totals, counts, amount: int):
+    """Fill counts with totals - last_totals modulo 2^16 (signed), and make the totals the last."""
     now, last = ptr16(totals), ptr16(last_totals)
-    out, there = ptr32(counts), ptr32(sums)
+    out = ptr32(counts)
     for index in range(amount):
         change = (now[index] - last[index]) & 0xFFFF
-        change = change - 0x10000 if change & 0x8000 else change
-        out[index] = change
-        there[index] = there[index] + change
+        out[index] = change - 0x10000 if change & 0x8000 else change
         last[index] = now[index]

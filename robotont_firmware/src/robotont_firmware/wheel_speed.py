@@ -9,10 +9,10 @@ from array import array
 
 from robotont_firmware.compat import SIGN, const, micropython, ptr32
 from robotont_firmware.fault_watch import NO_FAULT, STILL, TIMES, drive_fault, rest_fault, speed_fault
-from robotont_firmware.robot_numbers import FULL_EFFORT, times
+from robotont_firmware.robot_numbers import FULL_EFFORT, in_periods
 
 _SOFTEST = const(7)
-_PATIENCE = const(5)  # [control periods] without an edge, after which a wheel gets more
+_PATIENCE = const(5)  # [periods] without an edge, after which a wheel gets more
 
 _FOLLOWS = const(0)  # places in the array: those of fault_watch,
 INTEGRAL = const(13)  # of its past: sum of errors [fine units]
@@ -210,7 +210,7 @@ class Pid:
 
     def __init__(self, config, numbers):
         n = numbers
-        blind, wrong, forget, second = times(config, n.every, *TIMES, 1000)
+        blind, wrong, forget, second = in_periods(config, *TIMES, 1000)
         self.n = array("i", [n.follows, blind, wrong, n.reach, 1 << n.shift, forget] + [0] * (_STATIC - STILL) + [
             n.static, n.load, n.gain, 0 if n.coasts else n.gain, n.p, n.i, n.follow, n.lead, n.turn_lead,
             config.MAX_EFFORT, n.max_torque, n.continuous, n.max_heat, (n.load << 16) // n.i, n.stiffness,
@@ -256,8 +256,8 @@ class Pid:
     def step(self, setpoint: int, counts: int, periods: int, straight: int, turning: int) -> int:
         """Return the effort for the coming period, within +-MAX_EFFORT.
 
-        setpoint: wanted speed, within the largest. counts: edges since the last call. periods: how many control
-        periods those took; more than one when the board missed ticks. straight, turning: the acceleration of the robot
+        setpoint: wanted speed, within the largest. counts: edges since the last call. periods: how many those
+        took; more than one when the board missed ticks. straight, turning: the acceleration of the robot
         in this period, in the wheel's direction, apart from the change of its own reference.
         """
         numbers = self.n

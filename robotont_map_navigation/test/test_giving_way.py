@@ -2,12 +2,17 @@
 
 import math
 import random
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import rospy
+from geometry_msgs.msg import Quaternion, Transform, Twist, Vector3
+from sensor_msgs.msg import LaserScan
 
 from robotont_driver.kinematics.se2 import compose
-from robotont_map_navigation.giving_way import NEAR, MovingThings
+from robotont_map_navigation import giving_way
+from robotont_map_navigation.giving_way import NEAR, GivesWay, MovingThings
 from robotont_simulator.world import shapes
 
 PERIOD = 0.1  # [s] of a scan
@@ -80,3 +85,23 @@ def test_scans_that_show_nothing_or_come_late_tell_nothing():
         (0.0, (nothing, nothing)), (0.4, (point, nothing)), (2.0, (nothing, point * 5)), (4.0, (point, nothing))))
     assert not things.come((0.0, 0.0), point / 2, nothing, math.pi / 4, 4.4)
     assert things.come((0.0, 0.0), point / 2, nothing, math.pi / 4, 4.4)
+
+
+def test_what_comes_for_longer_than_10_s_stops_nothing_until_it_has_been_away_for_3_s(monkeypatch):
+    """As a curtain in the wind, which would hold a goal for ever."""
+    clock, stands, hear, here = [100.0], [], {}, Transform(Vector3(), Quaternion(0.0, 0.0, 0.0, 1.0))
+    frames = SimpleNamespace(odometry="odom", base="base_link", look_up=lambda *_: here)
+    monkeypatch.setattr(rospy, "Publisher", lambda *_, **__: SimpleNamespace(
+        publish=lambda wait: stands.append((clock[0], wait))))
+    monkeypatch.setattr(rospy, "Subscriber", lambda topic, _, callback, **__: hear.update({topic: callback}))
+    monkeypatch.setattr(giving_way.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(MovingThings, "come", lambda *_: clock[0] < 112.0 or clock[0] > 115.5)
+    GivesWay(frames)
+    while clock[0] < 117.0:
+        hear["cmd_vel"](Twist(linear=Vector3(0.2, 0.0, 0.0)))
+        hear["scan"](LaserScan())
+        clock[0] += PERIOD
+    times, waits = zip(*stands)
+    assert max(time for time in times if time < 113.0) == pytest.approx(110.0, abs=2 * PERIOD)
+    assert min(time for time in times if time > 113.0) == pytest.approx(115.5, abs=2 * PERIOD)
+    assert len(set(waits)) == 2, "one lot for each"

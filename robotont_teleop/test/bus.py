@@ -17,6 +17,7 @@ class Bus:
         self.heard_by = defaultdict(list)       # callbacks by topic
         self.options = {}              # of subscribers, by topic
         self.connections = defaultdict(int)     # from and to others, by topic
+        self.parameters = {}           # of the server, by name as they are asked for
         self.services, self.reports = {}, {}    # callbacks by name; of the diagnostics by subject
         self.work = []                 # what the node's threads do
         self.published = 0             # diagnostics before their time
@@ -24,7 +25,7 @@ class Bus:
         for name, stand_in in (("Publisher", self._publisher), ("Subscriber", self._subscriber),
                                ("Service", lambda name, _, callback: self.services.update({name: callback})),
                                ("on_shutdown", lambda _: None), ("get_name", lambda: "/node"),
-                               ("get_param", lambda _, default=None: default)):
+                               ("get_param", lambda name, default=None: self.parameters.get(name, default))):
             monkeypatch.setattr(rospy, name, stand_in)
         monkeypatch.setattr(rospy.Time, "now", lambda: rospy.Time.from_sec(self.now))
         monkeypatch.setattr(DroppingPublisher, "__init__", lambda publisher, *given: vars(publisher).update(

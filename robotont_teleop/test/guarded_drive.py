@@ -34,10 +34,14 @@ AROUND, CAMERA = np.linspace(-math.pi, math.pi, 360, endpoint=False), np.linspac
 CONE = FIELD_OF_VIEW * FAN
 
 
-def place(x=0.0, y=0.0, yaw=0.0, height=0.1):
-    """As the guard wants it, of a sensor that stands upright."""
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]), (x, y, height)
+def place(x=0.0, y=0.0, yaw=0.0, height=0.1, roll=0.0, pitch=0.0):
+    """As the guard wants it, of a sensor; angles [rad] as of a static_transform_publisher."""
+    rotation = np.eye(3)
+    for axis, angle in enumerate((roll, pitch, yaw)):
+        cos, sin = math.cos(angle), math.sin(angle)
+        turn = np.roll([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]], axis, (0, 1))
+        rotation = turn.dot(rotation)
+    return rotation, (x, y, height)
 
 
 def make_guard(blind_speed=0.3):

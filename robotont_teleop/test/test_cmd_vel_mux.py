@@ -246,10 +246,16 @@ def test_others_and_a_mux_without_it_are_left_alone(monkeypatch):
     assert not off.heard_by["scan"]
 
 
-def test_a_robot_that_comes_after_the_mux_has_a_guard_too(monkeypatch):
+def test_the_guard_is_that_of_the_robot_that_runs_now(monkeypatch):
     late = Sight(monkeypatch, wheels=None)
     assert late.drive("hand", *AHEAD) == AHEAD
-    assert late.says("guard")[0] == WARN
-    assert "no robot's wheels" in late.says("guard")[1]
-    late.wheels = WHEELS
-    assert late.ask(AHEAD, behind=0.2) == STOP
+    assert late.says("guard") == (WARN, "cannot be used: no robot's wheels on the parameter server: does not interfere")
+    speeds, larger = [], WHEELS._replace(distances=[0.25] * 3)
+    for late.wheels, limit in ((WHEELS, 1.5), (larger, 1.5), (larger, 0.3), (larger._replace(pid_frequency=5.0), 1.5),
+                               (WHEELS._replace(mass=100.0), 1.5)):
+        late.parameters["driver_node/max_linear_acceleration"] = limit
+        speeds.append(late.ask(AHEAD, behind=0.5)[0])
+    shipped, large, *slower, heavy = speeds
+    assert large < shipped - 0.05
+    assert max(slower) < large - 0.1, "one that brakes softly; two periods of a board of 5 Hz"
+    assert heavy < shipped - 0.1

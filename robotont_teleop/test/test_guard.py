@@ -1,25 +1,19 @@
 """The guard's arithmetic."""
 
 import math
-from collections import namedtuple
 
 import numpy as np
 import pytest
-from guarded_drive import AROUND, CAMERA, CONE, LIMITS, RADIUS, SCAN_BOUNDS, WHEELS, make_guard, place
+from guarded_drive import AROUND, CAMERA, CONE, LIMITS, RADIUS, SCAN_BOUNDS, make_guard, place
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotont_description.geometry import rotation_of
 from robotont_driver.kinematics.se2 import arc
-from robotont_teleop.mux import guard_sensors
 
 SPEEDS = (0.1, 0.2, 0.3, 0.5, 0.65, 0.8)  # [m/s]
 BOUNDS = (0.12, 4.0)  # [m] of a laser scanner
 FAR = np.full(len(AROUND), math.inf)
 SIDE, REST, REACTION, READINGS = 0.025, 0.055, 0.1, 7  # as documented
-Quaternion = namedtuple("Quaternion", "x y z w")
-Measured = namedtuple("Measured", "radius floor top pid_frequency amount motor gear radii mass",
-                      defaults=(50.0, WHEELS.amount, WHEELS.motor, WHEELS.gear, WHEELS.radii, WHEELS.mass))
 STOP, AHEAD, HAND = (0.0, 0.0, 0.0), (0.8, 0.0, 0.0), 0.8
 SLOW = pytest.approx(0.3)  # [m/s], the blind speed
 numbers = st.floats(-2.0, 2.0)
@@ -58,15 +52,6 @@ def guard_before(*points):
 def speed_of(guard, twist=AHEAD, now=100.0):
     """[m/s] that it allows."""
     return math.hypot(*guard.limit(twist, now)[:2])
-
-
-def mounted(roll, pitch, yaw, x=0.0, y=0.0, height=0.2):
-    """A place, by the angles [rad] of a static_transform_publisher."""
-    halves = [(math.cos(angle / 2), math.sin(angle / 2)) for angle in (roll, pitch, yaw)]
-    (cr, sr), (cp, sp), (cy, sy) = halves
-    quaternion = Quaternion(sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy,
-                            cr * cp * cy + sr * sp * sy)
-    return rotation_of(quaternion), (x, y, height)
 
 
 @given(st.tuples(numbers, numbers, numbers), st.floats(0.2, 1.0), st.floats(-0.25, 0.25))
@@ -221,27 +206,11 @@ def test_no_reading_is_not_free(value, before):
         assert speed_of(guard, now=100.71 if before is not None else 100.0) == SLOW
 
 
-def test_no_reading_takes_nothing_back_before_the_reading_is_old_and_then_it_is_slow():
-    guard = show(show(make_guard(), scan_of(0.24)), np.full(len(AROUND), math.nan), 100.6, times=6)
-    assert speed_of(guard, now=100.6) < 0.1
-    show(guard, np.full(len(AROUND), math.nan), 100.9, times=3)
-    assert speed_of(guard, now=100.9) == SLOW
-
-
-def test_two_sensors_and_two_scans_of_one_name_both_count():
-    for names in (("front", "back"), ("laser", "laser")):
-        guard = make_guard()
-        for number in range(14):
-            ranges = (FAR, scan_of(0.24))[number % 2]
-            show(guard, ranges, 99.35 + 0.05 * number, times=1, sensor=names[number % 2])
-        assert speed_of(guard) < 0.1
-
-
 @pytest.mark.parametrize("roll", [0.0, math.pi])
 @pytest.mark.parametrize("pitch", [0.0, 0.3, -0.3])
 def test_a_sensor_that_stands_hangs_or_tilts_brakes_the_right_side(roll, pitch):
     """A wall on the left, the floor below, the ceiling above it."""
-    where = mounted(roll, pitch, 0.4)
+    where = place(0.0, 0.0, 0.4, 0.2, roll, pitch)
     rays = np.dot(where[0], (np.cos(AROUND), np.sin(AROUND), 0.0 * AROUND)) + 1e-9
     hits = np.array([0.26 / rays[1], (0.0 - 0.2) / rays[2], (0.3 - 0.2) / rays[2]])
     ranges = np.where(hits > 0.0, hits, math.inf).min(axis=0)
@@ -255,17 +224,17 @@ def test_a_sensor_that_stands_hangs_or_tilts_brakes_the_right_side(roll, pitch):
 def test_what_is_level_with_a_sensor_counts_wherever_it_is_told_to_be():
     """The official robot tells that its range sensors are on the floor."""
     for height in (0.0, 0.5):
-        guard = show(make_guard(), scan_of(0.24), where=mounted(0.0, 0.05, 0.0, height=height))
+        guard = show(make_guard(), scan_of(0.24), where=place(height=height, pitch=0.05))
         assert speed_of(guard) < 0.1
         assert speed_of(guard, (-0.8, 0.0, 0.0)) > 0.5
-    passes_below = show(make_guard(), scan_of(0.25), where=mounted(0.0, -math.atan2(0.07, 0.24), 0.0))
+    passes_below = show(make_guard(), scan_of(0.25), where=place(height=0.2, pitch=-math.atan2(0.07, 0.24)))
     assert speed_of(passes_below) == SLOW
     assert passes_below.held is None
 
 
 @pytest.mark.parametrize(("named", "why"), [
-    ({"where": mounted(0.0, math.pi / 2, 0.0)}, "looks only at the floor"),
-    ({"where": mounted(0.0, -math.pi / 2, 0.0), "angles": CONE}, "looks only at the floor, above"),
+    ({"where": place(pitch=math.pi / 2)}, "looks only at the floor"),
+    ({"where": place(pitch=-math.pi / 2), "angles": CONE}, "looks only at the floor, above"),
     ({"bounds": (0.0, 0.0)}, "no range"), ({"bounds": (0.5, 0.1)}, "no range"),
     ({"bounds": (math.nan, 1.0)}, "no range"), ({"bounds": (0.02, 0.1)}, "at the robot"),
     ({"angles": np.zeros(0)}, "no rays"),
@@ -313,25 +282,6 @@ def test_odometry_that_no_robot_can_make_moves_no_place(nonsense, axis):
     assert 0.0 < speed_of(guard, now=100.5) < HAND
 
 
-def test_the_guard_of_a_mux_that_stays_is_that_of_the_robot_that_runs_now(monkeypatch):
-    given = {"wheels": Measured(0.15, 0.02, 0.3), "driver_node/max_linear_acceleration": 1.5}
-    monkeypatch.setattr(guard_sensors, "running_wheels", lambda _namespace: given["wheels"])
-    monkeypatch.setattr(guard_sensors, "body", lambda wheels: wheels[:3])
-    for name, stand_in in (("Subscriber", lambda *_, **__: None), ("get_param", given.get), ("get_namespace", str)):
-        monkeypatch.setattr(guard_sensors.rospy, name, stand_in)
-    guard = guard_sensors.make_guard(0.3)
-    before = speed_of(show(guard, scan_of(0.5)))
-    given["wheels"] = Measured(0.25, 0.02, 0.3)
-    assert guard_sensors.make_guard(0.3, guard) is guard
-    larger = speed_of(guard)
-    given["driver_node/max_linear_acceleration"] = 0.3
-    guard_sensors.make_guard(0.3, guard)
-    assert speed_of(guard) + 0.1 < larger < before - 0.05
-    given.update({"wheels": Measured(0.25, 0.02, 0.3, 5.0), "driver_node/max_linear_acceleration": 1.5})
-    guard_sensors.make_guard(0.3, guard)
-    assert speed_of(guard) < larger - 0.1, "two periods of a board of 5 Hz"
-
-
 def test_what_is_within_the_footprint_is_the_robot_and_hides_what_is_behind():
     post = np.where(abs(AROUND) < 0.03, 0.14, FAR)
     assert speed_of(show(make_guard(), post)) == HAND
@@ -364,17 +314,6 @@ def test_beside_a_wall_it_may_get_a_little_nearer_but_not_again_and_again():
         assert (speed_of(wall, (0.3, 0.002, 0.0)) > 0.0) == free, gap
         assert speed_of(wall, (0.3, 0.0, 0.0)) == 0.3
         assert speed_of(wall, (0.3, 0.05, 0.0)) == 0.0
-
-
-@pytest.mark.parametrize("age", [0.5, 1.5])
-def test_a_reading_counts_from_where_the_robot_was_when_it_was_made(age):
-    guard = show(make_guard(), FAR, period=0.3)
-    drive_on(guard, AHEAD, 100.0, 2.0)
-    show(guard, scan_of(0.5 + 0.8 * age), 102.0 - age, times=1)
-    assert guard.limit((0.1, 0.0, 0.0), 102.0) == (0.1, 0.0, 0.0)
-    held = guard.limit(AHEAD, 102.0)
-    assert held[0] < HAND
-    assert "0.35 m" in guard.held[1]
 
 
 def test_who_turns_back_before_a_wall_is_stopped_first():

@@ -127,11 +127,7 @@ class Report:
 
     def black_box(self, folder):
         """One bag for each run of the recorder."""
-        try:
-            runs = runs_in(folder)
-        except OSError as error:
-            runs = []
-            self.notes.append(f"black box: {error}")
+        runs = runs_in(folder)
         if not runs:
             self.notes.append(f"black box: none in {folder}: --black-box FOLDER, where it is elsewhere; to have one: "
                               "roslaunch robotont_bringup recorder.launch folder:=$HOME/black_box (beside ./robotont "

@@ -266,8 +266,8 @@ def test_mpremote_that_fails_is_explained(tmp_path, monkeypatch, program, words)
 
 
 @pytest.mark.parametrize(("ports", "found"), [
-    ({}, "No board found"), ({"/dev/ttyACM0": "2e8a:0005"}, "No board found"),
-    ({"/dev/ttyACM0": "0483:374b", "/dev/ttyACM1": "0483:374b"}, "Choose one with --port"),
+    ({}, "found: none"), ({"/dev/ttyACM0": "2e8a:0005"}, "found: none"),
+    ({"/dev/ttyACM0": "0483:374b", "/dev/ttyACM1": "0483:374b"}, "found: /dev/ttyACM0, /dev/ttyACM1. "),
     ({"/dev/ttyACM0": "2e8a:0005", "/dev/ttyACM1": "0483:374b"}, "")])  # fmt: skip
 def test_the_port_is_the_only_st_link(monkeypatch, ports, found):
     monkeypatch.setattr(board_check, "serial_ports", lambda: list(ports))

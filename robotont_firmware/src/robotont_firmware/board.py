@@ -173,9 +173,7 @@ class Board:
         return uart.readinto(buffer, min(size, len(buffer))) or 0
 
     def stop(self):
-        """Switch the motors off for good: no pulses, then plain pins held low, also after this program."""
-        for motor in range(self._motors):
-            self.drive(motor, 0)
+        """Switch the motors off for good: their pins are plain ones, held low, also after this program."""
         for pin in self._motor_pins:  # which float in a reset (hence the pull-downs)
             pyb.Pin(pin, pyb.Pin.OUT_PP, value=0)
 

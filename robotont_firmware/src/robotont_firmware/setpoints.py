@@ -33,7 +33,6 @@ class Setpoints:
         wheels = int(self._wheels)
         most = int(self._max_speed)
         up = int(self._up)
-        half = 128 >> up
         limit = most << 8 >> up
         command = ptr32(wished)
         targets = ptr32(self.targets)
@@ -51,7 +50,7 @@ class Setpoints:
                     less += 1
                 target = ((target >> less) * (most >> 2) // (fastest >> less)) << 2
             else:
-                target = (target << up) + half >> 8 if up < 8 else target << up - 8
+                target = (target << up) + 128 >> 8
             targets[wheel] = target
         self._change = self._max_braking if fastest == 0 else self._max_change
         return fastest

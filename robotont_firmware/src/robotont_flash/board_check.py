@@ -35,10 +35,8 @@ class FlashError(Exception):
 def find_port(requested):
     """Return the serial port to use; FlashError states why there is none."""
     ports = [requested] if requested else [port for port in serial_ports() if usb_id(port).startswith(ST_LINK)]
-    if not ports:
-        raise FlashError("No board found. Plug in the ST-Link's USB cable, or name the port with --port.")
-    if len(ports) > 1:
-        raise FlashError("Several ports: {}. Choose one with --port.".format(", ".join(ports)))
+    if len(ports) != 1:
+        raise FlashError(f"ST-Links found: {', '.join(ports) or 'none'}. Plug in one by USB, or name its port: --port.")
     return ports[0]
 
 

@@ -110,11 +110,8 @@ def confirm(wiring, on_board, yes):
         print(f"  ATTENTION: the board has the profile {on_board} now.")
     if yes:
         return
-    try:
-        answer = input(f"Is the board wired like that? Type {name} to go on: ")
-    except EOFError:
-        answer = ""
-    if answer.strip() != name:
+    print(f"Is the board wired like that? Type {name} to go on: ", end="", flush=True)
+    if sys.stdin.readline().strip() != name:
         raise FlashError("The answer was another one. (Without a terminal: --yes)")
 
 

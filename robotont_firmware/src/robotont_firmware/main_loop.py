@@ -26,7 +26,7 @@ from robotont_firmware.protocol import Sender, line_of
 from robotont_firmware.receiver import ASK, LEAVE, TEST, Receiver
 from robotont_firmware.setpoints import Setpoints, clear, measure
 from robotont_firmware.status import BEAT, TIMED_OUT, WAITS_FOR_ZERO, WHEELS, Status
-from robotont_firmware.wheel_speed import OVERLOADED, Pid
+from robotont_firmware.wheel_speed import HEAT, Pid
 
 SIMULATED = ("simulated", "test")  # causes of a start that was no reset of a board
 
@@ -42,7 +42,7 @@ class Controller:
         wheels, numbers = config.WHEELS, robot_numbers.Numbers(config)
         self._board, self._fault = board, board.fault
         self._test_effort = config.TEST_EFFORT
-        self._numbers, self._brake = numbers, numbers.brake
+        self._numbers, self._brake, self._max_heat = numbers, numbers.brake, numbers.max_heat
         self._timeout, self._brake_time, self._hold_time, self._test_time = robot_numbers.in_periods(
             config, config.TIMEOUT, config.BRAKING, config.FAULT_HOLD, config.TEST_TIME)
         self._test_edges = max(1, robot_numbers.free_speed(config, 0) * config.TEST_SPEED // 1000)  # per period
@@ -109,7 +109,7 @@ class Controller:
         if counter & BEAT == 0:
             status.show(counter, flags == 0, self._fault_hold > 0)
             for wheel in range(wheels if self._fault_hold == 0 else 0):
-                status.fields[WHEELS + wheel] = OVERLOAD if self._pids[wheel].n[OVERLOADED] else NO_FAULT
+                status.fields[WHEELS + wheel] = NO_FAULT if self._pids[wheel].n[HEAT] < self._max_heat else OVERLOAD
         sender = self._sender
         size = sender.pack(counter - 1, self._counts, self._totals, status.fields)
         board.write(sender.buffer, size)

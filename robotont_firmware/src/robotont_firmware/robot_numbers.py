@@ -100,7 +100,6 @@ class Numbers:
             self.shift += 1
         self.free = free = free_speed(config, self.shift)
         self.max_speed = free * config.MAX_SPEED // 1000
-        self.most_edges = 2 * free >> self.shift  # [edges per period] more are no speed
         edge = 1 << self.shift
         self.follows = max(free // 50, edge * 3 // 2)
         self.creeps = max(free // 20, 2 * edge)

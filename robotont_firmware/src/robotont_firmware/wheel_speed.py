@@ -26,32 +26,29 @@ _HELD = const(20)  # whether it came to rest, and is kept there
 _IDLE = const(21)  # [periods] without an edge
 _AWAY = const(22)  # [fine units] by which it was moved while it should stand
 _PROVED = const(23)  # whether it was seen to follow its effort
-HEAT = const(24)  # and what `reset` keeps of it: torque above the continuous one, squared and summed,
-OVERLOADED = const(25)  # whether that is too much;
-_TURNED_ROUND = const(26)  # [periods] for which it is remembered that the wheel was
-_SOFTNESS = const(27)  # halvings of what counts ask for: an encoder that counts too much makes it swing
-_STATIC = const(28)  # and of the configuration
-_LOAD = const(29)
-_GAIN = const(30)
-_FORWARD = const(31)  # what a speed more takes
-_P = const(32)
-_I = const(33)
-_FOLLOW = const(34)
-_LEAD = const(35)
-_TURN_LEAD = const(36)
-_MAX_EFFORT = const(37)
-_MAX_TORQUE = const(38)
-_CONTINUOUS = const(39)
-_MAX_HEAT = const(40)
-_MAX_INTEGRAL = const(41)
-_STIFFNESS = const(42)
-_MOST_AWAY = const(43)
-_SHIFT = const(44)
-_MOST_EDGES = const(45)
-_FREE = const(46)
-_CREEPS = const(47)
-_SECOND = const(48)
-_FULL = const(49)  # 0 with drivers that brake
+HEAT = const(24)  # and what `reset` keeps of it: torque above the continuous one, squared and summed;
+_TURNED_ROUND = const(25)  # [periods] for which it is remembered that the wheel was
+_SOFTNESS = const(26)  # halvings of what counts ask for: an encoder that counts too much makes it swing
+_STATIC = const(27)  # and of the configuration
+_LOAD = const(28)
+_GAIN = const(29)
+_FORWARD = const(30)  # what a speed more takes; 0 with drivers that coast
+_P = const(31)
+_I = const(32)
+_FOLLOW = const(33)
+_LEAD = const(34)
+_TURN_LEAD = const(35)
+_MAX_EFFORT = const(36)
+_MAX_TORQUE = const(37)
+_CONTINUOUS = const(38)
+_MAX_HEAT = const(39)
+_MAX_INTEGRAL = const(40)
+_STIFFNESS = const(41)
+_MOST_AWAY = const(42)
+_SHIFT = const(43)
+_FREE = const(44)
+_CREEPS = const(45)
+_SECOND = const(46)
 
 
 @micropython.viper
@@ -61,7 +58,7 @@ def measure(numbers, counts: int, periods: int) -> int:
     Halve what counts ask for, twice and for a second each, where the wheel is turned round at once, against its aim.
     """
     n, sign = ptr32(numbers), int(SIGN)
-    most = n[_MOST_EDGES] * periods
+    most = (2 * n[_FREE] >> n[_SHIFT]) * periods  # more are no speed
     counts = most if counts > most else 0 - most if counts < 0 - most else counts
     speed = (counts << n[_SHIFT]) // periods
     before, mean = n[_SPEED] << sign >> sign, n[MEAN] << sign >> sign
@@ -169,7 +166,7 @@ def limit(numbers, effort: int, speed: int, held: int) -> int:
     n = ptr32(numbers)
     emf = n[_FORWARD] * speed >> 16
     brakes = (effort < 0 and speed > n[_FOLLOWS]) or (effort > 0 and speed < 0 - n[_FOLLOWS])  # which ends soon
-    torque = n[_CONTINUOUS] if n[OVERLOADED] and not brakes else n[_MAX_TORQUE]
+    torque = n[_CONTINUOUS] if n[HEAT] >= n[_MAX_HEAT] and not brakes else n[_MAX_TORQUE]
     low, high = emf - torque, emf + torque
     if low > 0:
         low = -1 if effort < 0 else 0 if held <= 0 else low if low < held else held
@@ -182,19 +179,18 @@ def limit(numbers, effort: int, speed: int, held: int) -> int:
 
 @micropython.viper
 def warm(numbers, effort: int, speed: int, periods: int):
-    """Sum what a motor's current heats it more than its continuous one would, and note whether that is too much.
+    """Sum what a motor's current heats it more than its continuous one would, up to MAX_HEAT, where it is too much.
 
     That current is told as the effort that gives it at rest.
     """
     n = ptr32(numbers)
     emf = n[_GAIN] * speed >> 16
-    if n[_FULL] and effort * emf > 0:
-        emf = effort * emf // n[_FULL]
+    if n[_FORWARD] == 0 and effort * emf > 0:
+        emf = effort * emf // int(FULL_EFFORT)
     torque = effort - emf
     torque = (torque if torque > 0 else 0 - torque) >> 4
     kept, most = n[_CONTINUOUS] >> 4, n[_MAX_HEAT]
     heat = n[HEAT] + (torque * torque - kept * kept) * periods
-    n[OVERLOADED] = 1 if heat >= most else 0
     n[HEAT] = most if heat > most else heat if heat > 0 else 0
 
 
@@ -204,8 +200,8 @@ class Pid:
     The reference follows the set-point as the wheel is able to, and P and I act on the difference from it alone. So a
     step does not charge the integral, and the distance comes out exact, as long as the robot is driven.
 
-    `fault` is what fault_watch found, until `reset`. `n`: its array; where it is OVERLOADED only the
-    continuous current is left.
+    `fault` is what fault_watch found, until `reset`. `n`: its array; where HEAT is the most only the continuous current
+    is left.
     """
 
     def __init__(self, config, numbers):
@@ -214,8 +210,7 @@ class Pid:
         self.n = array("i", [n.follows, blind, wrong, n.reach, 1 << n.shift, forget] + [0] * (_STATIC - STILL) + [
             n.static, n.load, n.gain, 0 if n.coasts else n.gain, n.p, n.i, n.follow, n.lead, n.turn_lead,
             config.MAX_EFFORT, n.max_torque, n.continuous, n.max_heat, (n.load << 16) // n.i, n.stiffness,
-            (n.max_torque << 16) // n.stiffness, n.shift, n.most_edges, n.free, n.creeps, second,
-            FULL_EFFORT if n.coasts else 0])  # fmt: skip
+            (n.max_torque << 16) // n.stiffness, n.shift, n.free, n.creeps, second])  # fmt: skip
         self.reset(0)
 
     @micropython.viper

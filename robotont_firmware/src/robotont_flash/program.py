@@ -73,13 +73,13 @@ def numbers_of(wheels):
 
 
 def check(profile, robot):
-    """Check a profile without a board, beside a robot (name or folder) where one is named; FlashError: it is wrong."""
+    """Check a profile without a board, beside a robot (name or folder) where one is named.
+
+    FlashError: it is wrong. OSError, ValueError: there is no such robot.
+    """
     config, wiring = choose_profile(PACKAGE, profile)
     print(describe(wiring))
-    try:
-        wanted = numbers_of(read_robot(robot).wheels) if robot else {}
-    except (OSError, ValueError) as error:
-        raise FlashError(str(error)) from error
+    wanted = numbers_of(read_robot(robot).wheels) if robot else {}
     different = [f"{number}: {config[number]} in the profile, {value} by the robot"
                  for number, value in wanted.items() if abs(config[number] - value) > NEAR * value]
     if different:
@@ -157,7 +157,7 @@ def main():
             return 0
         for on_the_board in flash(options.port, options.profile, options.yes):  # noqa: B007 (and ends with it)
             pass
-    except FlashError as error:
+    except (FlashError, OSError, ValueError) as error:
         print(error, on_the_board, sep="\n", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

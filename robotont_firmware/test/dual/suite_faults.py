@@ -7,7 +7,7 @@ from robotont_firmware import config
 from robotont_firmware.fault_watch import NO_COUNTS, OVERLOAD, TOO_MANY, WRONG_WAY
 from robotont_firmware.robot_numbers import Numbers
 from robotont_firmware.status import BATTERY_IS_LOW, TIMED_OUT, WAITS_FOR_ZERO
-from robotont_firmware.wheel_speed import HEAT, INTEGRAL, OVERLOADED, Pid
+from robotont_firmware.wheel_speed import HEAT, INTEGRAL, Pid
 
 CREEP = config.MAX_LOAD / 19.2 + 1  # [units] that MAX_LOAD turns a free wheel faster
 STEADY = 45  # [periods] from rest to a steady drive; a command was sent 2 periods before
@@ -169,7 +169,7 @@ class Jammed:
 
     def __init__(self, settings=config):
         self.pid = Pid(settings, Numbers(settings))
-        self.battery = settings.BATTERY
+        self.battery, self.most = settings.BATTERY, Numbers(settings).max_heat
 
     def run(self, periods, units=100, edges=60):
         """Return the torque of every period [effort at 12 V]."""
@@ -189,12 +189,12 @@ def test_a_wheel_that_is_held_back_keeps_its_continuous_current_only():
         torques = wheel.run(1, edges=0) + wheel.run(399)
         assert max(torques[:21]) > 0.95 * config.MAX_TORQUE, battery
         assert max(torques) <= config.MAX_TORQUE, battery
-        assert wheel.pid.n[OVERLOADED]
+        assert wheel.pid.n[HEAT] == wheel.most
         assert wheel.pid.fault == 0
         means.append(sum(torques[150:]) / 250)  # after 3 s
         assert max(wheel.run(20, edges=0)[1:]) <= config.CONTINUOUS_TORQUE, "nor more when it jams altogether"
         wheel.run(100, 0, 0)  # cools
-        assert not wheel.pid.n[OVERLOADED]
+        assert wheel.pid.n[HEAT] < wheel.most
     assert max(means) <= config.CONTINUOUS_TORQUE, means
     return f"mean torque after 3 s: {means[0]:.0f} of 4000"
 
@@ -255,7 +255,7 @@ def test_missed_ticks_prolong_no_time():
     pid = Pid(config, Numbers(config))
     for _ in range(0, config.OVERLOAD_TIME + 9, 3):
         pid.step(100 * 256, 12, 3, 0, 0)
-    assert pid.n[OVERLOADED]
+    assert pid.n[HEAT] == Numbers(config).max_heat
 
 
 def test_missed_ticks_change_nothing_in_the_brake():

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 
+from robotont_driver.kinematics.se2 import between
+
 OCCUPIED = 65  # [%] from here on a cell is a wall, as for the costmaps (config/navigation/costmap_common.yaml)
 
 
@@ -20,7 +22,7 @@ class FloorMap:
         self.resolution = resolution
         self.origin = origin
         self.frame = frame
-        self._dilated = {}  # radius [m]: cells closer than that to a wall
+        self._near_walls = {}  # radius [m]: H x W of bool, cells whose middles are closer than that to one of a wall
 
     @property
     def size(self):
@@ -28,11 +30,16 @@ class FloorMap:
         rows, columns = self._occupied.shape
         return columns * self.resolution, rows * self.resolution
 
-    def bars(self, place):
-        """Why nothing can be at (x, y) [m], in words; empty where something can."""
+    def refusal(self, place, radius=0.0):
+        """Why a round robot of `radius` [m] cannot stand at (x, y) [m], in words; empty where it can."""
+        clearance, words = self.clearance(place), ""
         if not self._at(np.ones_like(self._occupied), *place):
-            return "off the map, which is {:.1f} m x {:.1f} m large".format(*self.size)
-        return "in a wall of the map" if self._at(self._occupied, *place) else ""
+            words = "off the map, which is {:.1f} m x {:.1f} m large".format(*self.size)
+        elif self._at(self._occupied, *place):
+            words = "in a wall of the map"
+        elif clearance < radius:
+            words = f"{clearance:.2f} m from a wall of the map, and the robot needs {radius:.2f} m"
+        return words and f"({place[0]:.2f}, {place[1]:.2f}) is {words}"
 
     def clearance(self, place):
         """[m] from (x, y) [m] to the centre of the nearest occupied cell; inf where there is none."""
@@ -40,8 +47,20 @@ class FloorMap:
         return self.resolution * float(np.hypot(*(cells - self.indices(*place)).T).min(initial=math.inf))
 
     def are_near_walls(self, places, tolerance):
-        """N of bool: which of N places (2 x N, [m]) are at most `tolerance` [m] away from an occupied cell."""
-        return self._at(self._close_to_walls(tolerance), *places)
+        """Bool for each place: whether it is at most `tolerance` [m] away from an occupied cell.
+
+        places: (x, y) [m], arrays of one shape.
+        """
+        if tolerance not in self._near_walls:
+            reach = int(tolerance / self.resolution)
+            near = np.zeros(np.add(self._occupied.shape, 2 * reach), bool)
+            rows, columns = np.nonzero(self._occupied)
+            for down in range(-reach, reach + 1):
+                for right in range(-reach, reach + 1):
+                    if self.resolution * math.hypot(down, right) < tolerance:
+                        near[rows + reach + down, columns + reach + right] = True
+            self._near_walls[tolerance] = near[reach:near.shape[0] - reach, reach:near.shape[1] - reach]
+        return self._at(self._near_walls[tolerance], *places)
 
     def are_behind_walls(self, start, places, tolerance):
         """N of bool: which of N >= 1 rays from `start` (x, y) to places (2 x N, [m]) cross a wall before they end.
@@ -54,25 +73,10 @@ class FloorMap:
         walls = self._at(self._occupied, *(np.reshape(start, (2, 1, 1)) + (way / lengths)[:, None] * steps))
         return (walls & (steps < lengths - tolerance)).any(axis=0)
 
-    def _close_to_walls(self, radius):
-        """Cells (H x W of bool) whose centres are closer than `radius` [m] to that of an occupied one."""
-        if radius not in self._dilated:
-            reach = int(radius / self.resolution)
-            close = np.zeros(np.add(self._occupied.shape, 2 * reach), bool)
-            rows, columns = np.nonzero(self._occupied)
-            for down in range(-reach, reach + 1):
-                for right in range(-reach, reach + 1):
-                    if self.resolution * math.hypot(down, right) < radius:
-                        close[rows + reach + down, columns + reach + right] = True
-            self._dilated[radius] = close[reach:close.shape[0] - reach, reach:close.shape[1] - reach]
-        return self._dilated[radius]
-
     def indices(self, x, y):
         """(row, column), not rounded, of places in the map's frame [m]."""
-        x0, y0, yaw = self.origin
-        dx, dy = np.subtract(x, x0), np.subtract(y, y0)
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        return (cos * dy - sin * dx) / self.resolution, (cos * dx + sin * dy) / self.resolution
+        along, across, _ = between(self.origin, (x, y, 0.0))
+        return across / self.resolution, along / self.resolution
 
     def _at(self, cells, x, y):
         """What cells (H x W of bool) are at places in the map's frame [m]; off the map: not."""

@@ -1,4 +1,4 @@
-"""A place to go to, how far it is and whether the map shows that the robot cannot stand there, without ROS."""
+"""A place to go to, how far it is, and how a goal ended, without ROS."""
 
 import math
 from enum import IntEnum
@@ -59,14 +59,3 @@ def outcome(state, text, goal, pose, elapsed):
         return Outcome(Status.NOT_THERE, f"move_base died {after} and was started again: send the goal again")
     reason = text.strip().rstrip(".") or "no reason given"
     return Outcome(Status.GAVE_UP, f"move_base gave up ({state}): {reason}" + (f"; {left} were left" if pose else ""))
-
-
-def refusal(floor_map, goal, radius):
-    """Why a round robot of `radius` [m] cannot stand at `goal`, (x, y) [m] on the map; empty when it can."""
-    place, bars = f"({goal[0]:.2f}, {goal[1]:.2f})", floor_map.bars(goal)
-    if bars:
-        return f"{place} is {bars}"
-    clearance = floor_map.clearance(goal)
-    if clearance < radius:
-        return f"{place} is {clearance:.2f} m from a wall of the map, and the robot needs {radius:.2f} m"
-    return ""

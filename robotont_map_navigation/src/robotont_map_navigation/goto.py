@@ -57,8 +57,8 @@ def _run(options):
 
 
 def main():
-    """Run goto; returns the exit status."""
+    """Run goto, and exit with its status."""
     for end in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(end, signal.default_int_handler)
     options = parse_arguments(rospy.myargv()[1:])
-    return run_tool("goto", lambda: _run(options))
+    run_tool("goto", lambda: _run(options))

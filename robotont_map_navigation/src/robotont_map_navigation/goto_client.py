@@ -14,7 +14,7 @@ from std_msgs.msg import String
 
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_driver.rospy_repairs.rospy_internals import goal_id
-from robotont_map_navigation.goal import Outcome, Status, outcome, progress, refusal
+from robotont_map_navigation.goal import Outcome, Status, outcome, progress
 from robotont_map_navigation.readings import floor_map_of, needed_radius
 from robotont_map_navigation.tool import wait_for
 
@@ -80,7 +80,7 @@ class GoTo:
         """The Outcome of a Goal where the map has no room, or that a release would begin; else None."""
         self._stopped_by = self._pressed_by
         wait_for(lambda: self._map, LOOK_UP)
-        reason = self._map and refusal(floor_map_of(self._map), goal[:2], needed_radius())
+        reason = self._map and floor_map_of(self._map).refusal(goal[:2], needed_radius())
         if self._stopped_by:
             reason = STOP.format(self._stopped_by)
         if self._trouble:

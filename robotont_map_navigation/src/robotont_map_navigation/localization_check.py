@@ -106,8 +106,8 @@ class LocalizationCheck:
         if not (sensor and robot and odometry):
             return
         self._laid = time.monotonic()
-        bars = floor_map.bars(robot[:2])
-        self._outside = bars and f"the pose ({robot[0]:.2f}, {robot[1]:.2f}) is {bars}"
+        refusal = floor_map.refusal(robot[:2])
+        self._outside = refusal and f"the pose {refusal}"
         found = fit_nearby(floor_map, (*place_of(sensor)[:2], 0.0), rays_of(scan, sensor), FIT_TOLERANCE)
         if found is None:
             self._fits.clear()

@@ -6,15 +6,12 @@ import numpy as np
 import rospy
 from nav_msgs.msg import OccupancyGrid
 
-from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_map_navigation.arrival import Arrival
 from robotont_map_navigation.giving_way import GivesWay
 from robotont_map_navigation.held import Held
 from robotont_map_navigation.localization_check import LocalizationCheck
 from robotont_map_navigation.map_clearing import FootprintClearing
 from robotont_map_navigation.readings import Frames, floor_map_of
-
-PARAMETERS = ()
 
 
 class NavigationMonitor:
@@ -49,8 +46,3 @@ def wide_enough(message):
     cells = np.pad(cells, ((0, 0), (0, info.height)), constant_values=-1)
     info.width += info.height
     return OccupancyGrid(message.header, info, cells.ravel().tolist())
-
-
-def main():
-    """Run navigation_monitor."""
-    run_without_wheels("navigation_monitor", NavigationMonitor, PARAMETERS)

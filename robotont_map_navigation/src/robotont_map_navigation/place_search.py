@@ -33,13 +33,15 @@ def search(floor_map, rays, clearance, believed=None):
     believed: (x, y, yaw) where the robot may be already; that place is the first one, unless another explains BETTER
     more: a cupboard that has gone makes some other place fit a little better than the right one.
     """
-    ends, free = rays = [each[:, ::1 + each.shape[1] // RAYS] for each in rays]
+    rays = [each[:, ::1 + each.shape[1] // RAYS] for each in rays]
     step, turn = COARSE
     along, across = (np.arange(step / 2, side, step) for side in floor_map.size)
     x, y, _ = compose(floor_map.origin, (*np.reshape(np.meshgrid(along, across), (2, -1)), 0.0))
     possible = ~floor_map.are_near_walls((x, y), clearance)
     x, y, yaws = x[possible], y[possible], np.arange(-math.pi, math.pi, turn)
-    shares = np.array([_share_at_walls(floor_map, x, y, yaw, ends) for yaw in yaws])
+    ends = [compose((0.0, 0.0, yaw), (*rays[0], 0.0)) for yaw in yaws]
+    shares = np.array([floor_map.are_near_walls((x[:, None] + dx, y[:, None] + dy), NEAR).mean(axis=1)
+                       for dx, dy, _ in ends])
     best_first = np.transpose(np.unravel_index(np.argsort(shares, axis=None)[::-1], shares.shape))
     coarse = (Found((x[place], y[place], yaws[at_yaw]), shares[at_yaw, place]) for at_yaw, place in best_first)
     refined = [_refined(floor_map, one.pose, rays) for one in itertools.islice(_apart(coarse), CANDIDATES)]
@@ -61,13 +63,6 @@ def _apart(places):
         if not any(near(place.pose, other.pose) for other in kept):
             kept.append(place)
             yield place
-
-
-def _share_at_walls(floor_map, x, y, yaw, ends):
-    """Share of the ends at walls for each of the places x, y (N each) [m]."""
-    dx, dy, _ = compose((0.0, 0.0, yaw), (*ends, 0.0))
-    at_walls = floor_map.are_near_walls(((x[:, None] + dx).ravel(), (y[:, None] + dy).ravel()), NEAR)
-    return at_walls.reshape(len(x), -1).mean(axis=1)
 
 
 def _refined(floor_map, pose, rays):

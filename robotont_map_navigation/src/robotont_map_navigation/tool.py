@@ -10,7 +10,7 @@ from robotont_map_navigation.goal import Outcome, Status
 
 
 def run_tool(name, work):
-    """Make this process the node `name`, print the words of the Outcome of `work()`; returns its exit status."""
+    """Make this process the node `name`, print the words of the Outcome of `work()`, and exit with its status."""
     try:
         if rosgraph.is_master_online():
             init_tool(name)
@@ -20,7 +20,7 @@ def run_tool(name, work):
     except KeyboardInterrupt:
         end = Outcome(Status.INTERRUPTED, "interrupted")
     print(end.words, file=sys.stdout if end.status == Status.DONE else sys.stderr, flush=True)
-    return end.status
+    sys.exit(end.status)
 
 
 def wait_for(condition, timeout):

@@ -47,10 +47,7 @@ class FloorMap:
         return self.resolution * float(np.hypot(*(cells - self.indices(*place)).T).min(initial=math.inf))
 
     def are_near_walls(self, places, tolerance):
-        """Bool for each place: whether it is at most `tolerance` [m] away from an occupied cell.
-
-        places: (x, y) [m], arrays of one shape.
-        """
+        """Which places (x, y), arrays of one shape [m], are at most `tolerance` [m] away from an occupied cell."""
         if tolerance not in self._near_walls:
             reach = int(tolerance / self.resolution)
             near = np.zeros(np.add(self._occupied.shape, 2 * reach), bool)

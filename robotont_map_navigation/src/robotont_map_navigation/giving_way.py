@@ -15,7 +15,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float32
 
 from robotont_driver.kinematics.se2 import yaw_of
-from robotont_map_navigation.readings import place_of, rays_of
+from robotont_map_navigation.readings import Newest, place_of, rays_of
 
 NEAR = 1.0         # [m] from the sensor: what moves farther off may go anywhere
 BESIDE = 1.0       # [rad] to each side of the way
@@ -64,23 +64,19 @@ class GivesWay:
 
     def __init__(self, frames):
         self._frames, self._things = frames, defaultdict(MovingThings)  # by frame: of two scanners each sees its own
-        self._command, self._commanded = Twist(), -math.inf
+        self._command = Newest("cmd_vel", Twist, tcp_nodelay=True)
         self._wait, self._came, self._since = 0.0, -math.inf, 0.0
         self._stand = rospy.Publisher("navigation/stand", Float32, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("scan", LaserScan, self._on_scan, queue_size=5, tcp_nodelay=True)  # of several scanners
-
-    def _on_command(self, message):
-        self._command, self._commanded = message, time.monotonic()
 
     def _on_scan(self, scan):
         sensor = self._frames.look_up(self._frames.odometry, scan.header.frame_id, scan.header.stamp, TIMEOUT)
         base = self._frames.look_up(self._frames.odometry, self._frames.base)
         now = time.monotonic()
-        if not (sensor and base) or now - self._commanded > IDLE:
+        if not (sensor and base) or now - self._command.came > IDLE:
             return
         ends, free = rays_of(scan, sensor)
-        wished = self._command.linear
+        wished = self._command.message.linear
         way = yaw_of(base.rotation) + math.atan2(wished.y, wished.x) if wished.x or wished.y else None
         things = self._things[scan.header.frame_id]
         if things.come(place_of(sensor)[:2], ends, free, way, scan.header.stamp.to_sec()):

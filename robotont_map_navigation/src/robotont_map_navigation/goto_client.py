@@ -8,14 +8,15 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
-from std_msgs.msg import String
+from std_msgs.msg import Header, String
 
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_driver.rospy_repairs.rospy_internals import goal_id
 from robotont_map_navigation.goal import Outcome, Status, outcome, progress
-from robotont_map_navigation.readings import floor_map_of, needed_radius
+from robotont_map_navigation.readings import Newest, floor_map_of, message_of, needed_radius
 from robotont_map_navigation.tool import wait_for
 
 FRAME = "map"      # of the goals
@@ -36,31 +37,29 @@ class GoTo:
     def __init__(self, show):
         """show: called with lines of progress."""
         self._show = show
-        self._map = None       # nav_msgs/OccupancyGrid
-        self._pose = None      # (x [m], y [m], yaw [rad]) of the robot on it, by move_base
-        self._trouble = ""     # why that is wrong, of navigation_monitor
+        self._map = Newest("map", OccupancyGrid)
+        self._trouble = Newest("localization/trouble", String, String())  # why the pose is wrong, of navigation_monitor
+        self._status = Newest("move_base/status", GoalStatusArray)
+        self._pose = None      # (x [m], y [m], yaw [rad]) of the robot on the map, by move_base
         self._held = ""        # what has ended navigation's motion since this goal was sent, of navigation_monitor
         self._pressed_by = ""  # who presses the emergency stop, which cancels all goals
         self._stopped_by = ""  # who has pressed it since this one was sent
-        self._handle = None    # actionlib.ClientGoalHandle of the goal that was sent last
+        self._handle = None    # actionlib.ClientGoalHandle of the goal that was sent last ...
+        self._sent = -math.inf  # [s] ... then
         self._left = False
         self._lock = threading.Lock()
-        self._ills = {}        # name of a diagnostics' task: (time [s], level, words) where it complains
-        self._heard = -math.inf
+        self._reports = {}     # name of a diagnostics' task: (time [s], level, words)
         # not SimpleActionClient: it passes over the end of a goal that ends before its handle has been returned
         self._client = actionlib.ActionClient("move_base", MoveBaseAction)
-        for topic, kind, callback in (("move_base/status", GoalStatusArray, self._on_status),
-                                      ("map", OccupancyGrid, self._on_map),
-                                      ("localization/trouble", String, self._on_trouble),
-                                      ("navigation/held", String, self._on_held),
+        for topic, kind, callback in (("navigation/held", String, self._on_held),
                                       ("/diagnostics", DiagnosticArray, self._on_diagnostics),
                                       ("emergency_stop/pressed_by", String, self._on_pressed_by)):
             rospy.Subscriber(topic, kind, callback, queue_size=10)
 
     @property
     def answers(self):
-        """Whether move_base has been heard lately."""
-        return time.monotonic() - self._heard <= SILENCE
+        """Whether move_base has been heard, or sent a goal, lately."""
+        return time.monotonic() - max(self._status.came, self._sent) <= SILENCE
 
     def wait_for_server(self, timeout):
         """Whether move_base answers within `timeout` [s]."""
@@ -79,30 +78,27 @@ class GoTo:
     def check(self, goal):
         """The Outcome of a Goal where the map has no room, or that a release would begin; else None."""
         self._stopped_by = self._pressed_by
-        wait_for(lambda: self._map, LOOK_UP)
-        reason = self._map and floor_map_of(self._map).refusal(goal[:2], needed_radius())
+        wait_for(lambda: self._map.message, LOOK_UP)
+        floor_map = self._map.message and floor_map_of(self._map.message)
+        reason = floor_map and floor_map.frame == FRAME and floor_map.refusal(goal[:2], needed_radius())
         if self._stopped_by:
             reason = STOP.format(self._stopped_by)
-        if self._trouble:
+        if self._trouble.message.data:
             return self._by_others()
         return Outcome(Status.REFUSED, f"refused: {reason}") if reason else None
 
     def send(self, goal):
         """Send the robot to a Goal, in place of the one before; then `follow` it."""
-        message = MoveBaseGoal()
-        target = message.target_pose
-        target.header.frame_id, target.header.stamp = FRAME, rospy.Time.now()
-        target.pose.position.x, target.pose.position.y = goal.x, goal.y
-        target.pose.orientation.z, target.pose.orientation.w = math.sin(goal.yaw / 2), math.cos(goal.yaw / 2)
-        self._heard = time.monotonic()
+        target = PoseStamped(Header(0, rospy.Time.now(), FRAME), message_of(goal))
+        self._sent = time.monotonic()
         self._left = False
         self._held = ""
         self._stopped_by = self._pressed_by
-        self._handle = self._client.send_goal(message, feedback_cb=self._on_feedback)
+        self._handle = self._client.send_goal(MoveBaseGoal(target), feedback_cb=self._on_feedback)
 
     def follow(self, goal, patience=PATIENCE):
         """The Outcome of the goal that was sent last; `patience` as of `go`."""
-        start = since = sent = time.monotonic()
+        start = since = time.monotonic()
         told = -math.inf
         place, given_up = None, ""  # in the circle around it the robot has been since then; why move_base gave up there
         try:
@@ -112,12 +108,12 @@ class GoTo:
                     place, since, given_up = pose[:2], now, ""
                 waited = now - since
                 if ended:
-                    time.sleep(max(0.0, sent + AGAIN - now))
+                    time.sleep(max(0.0, self._sent + AGAIN - now))
                 found = self._end(goal, now - start) if ended else self._by_others()
                 if found and (found.status != Status.GAVE_UP or self._held or waited > patience):
                     return found
                 if found:  # what made move_base give up may pass: a door, a cable, a sensor
-                    given_up, sent = found.words, now
+                    given_up = found.words
                     with self._lock:
                         if not self._left:
                             self.send(goal)
@@ -140,7 +136,8 @@ class GoTo:
     def _cause(self, before=""):
         """The worst that the robot's nodes say of themselves, behind words; empty when all is well."""
         oldest = time.monotonic() - NEWS
-        ills = [ill for ill in tuple(self._ills.values()) if ill[0] > oldest]
+        ills = [report for report in tuple(self._reports.values())
+                if report[0] > oldest and report[1] != DiagnosticStatus.OK]
         return before + max(ills, key=lambda ill: ill[1])[2] if ills else ""
 
     def _has_ended(self):
@@ -155,16 +152,16 @@ class GoTo:
                         self._pose, elapsed)
         if found.status == Status.GAVE_UP:
             found = found._replace(words=found.words + self._cause("; "))
-        if self._trouble or found.status in (Status.GAVE_UP, Status.REPLACED):
+        if self._trouble.message.data or found.status in (Status.GAVE_UP, Status.REPLACED):
             return self._by_others() or found
         return found
 
     def _by_others(self):
         """The Outcome of a goal that must not go on, whatever becomes of it at move_base; None where it may."""
-        found = None
-        if self._trouble:
+        found, trouble = None, self._trouble.message.data
+        if trouble:
             found = Outcome(Status.LOST, "the robot does not know where it is, the goal is cancelled: "
-                            f"{self._trouble}; start relocalize, or set the pose by RViz' 2D Pose Estimate")
+                            f"{trouble}; start relocalize, or set the pose by RViz' 2D Pose Estimate")
         elif self._held:
             found = Outcome(Status.GAVE_UP, f"{self._held}; the goal is cancelled")
         elif self._stopped_by:
@@ -193,12 +190,6 @@ class GoTo:
         if self._handle:
             self._client.pub_cancel.publish(GoalID(id=goal_id(self._handle)))
 
-    def _on_map(self, message):
-        self._map = message if message.header.frame_id == FRAME else None
-
-    def _on_trouble(self, message):
-        self._trouble = message.data
-
     def _on_held(self, message):
         self._held = message.data
 
@@ -207,16 +198,11 @@ class GoTo:
         for status in message.status:
             robot = status.hardware_id.strip("/") + "/"  # another one's, perhaps
             if status.name.startswith(own) and not (robot != own and status.name.startswith(robot)):
-                self._ills[status.name] = time.monotonic(), status.level, f"{status.name}: {status.message}"
-                if status.level == DiagnosticStatus.OK:
-                    del self._ills[status.name]
+                self._reports[status.name] = time.monotonic(), status.level, f"{status.name}: {status.message}"
 
     def _on_pressed_by(self, message):
         self._pressed_by = message.data
         self._stopped_by = message.data or self._stopped_by
-
-    def _on_status(self, _message):
-        self._heard = time.monotonic()
 
     def _on_feedback(self, _handle, feedback):
         self._pose = pose_of(feedback.base_position.pose)

@@ -1,16 +1,30 @@
-"""What the programs of this package read of ROS: move_base's parameters of the robot, maps, transforms, scans."""
+"""What this package reads of ROS: topics, move_base's parameters of the robot, maps, transforms, scans."""
 
 import math
+import time
 
 import numpy as np
 import rospy
 import tf2_ros
+from geometry_msgs.msg import Point, Pose, Quaternion
 
 from robotont_description.geometry import rotation_of, seen_from_above
 from robotont_driver.kinematics.se2 import pose_of, yaw_of
 from robotont_map_navigation.floor_map import FloorMap
 
 COSTMAP = "move_base/global_costmap/"
+
+
+class Newest:
+    """The newest message of a topic, and when it came."""
+
+    def __init__(self, topic, kind, message=None, **options):
+        """message: what counts before the first one; options: of rospy.Subscriber."""
+        self.message, self.came = message, -math.inf  # [s] of time.monotonic()
+        rospy.Subscriber(topic, kind, self._on_message, queue_size=1, **options)
+
+    def _on_message(self, message):
+        self.message, self.came = message, time.monotonic()
 
 
 def needed_radius():
@@ -22,6 +36,12 @@ def floor_map_of(message):
     """FloorMap of a nav_msgs/OccupancyGrid."""
     cells = np.array(message.data, np.int8).reshape(message.info.height, message.info.width)
     return FloorMap(cells, message.info.resolution, pose_of(message.info.origin), message.header.frame_id)
+
+
+def message_of(pose):
+    """geometry_msgs/Pose of (x [m], y [m], yaw [rad])."""
+    x, y, yaw = pose
+    return Pose(Point(x, y, 0.0), Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
 
 
 class Frames:

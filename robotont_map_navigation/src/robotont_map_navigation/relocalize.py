@@ -5,15 +5,15 @@ import time
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped, Twist, Vector3
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
-from std_msgs.msg import String
+from std_msgs.msg import Header, String
 
 from robotont_driver.kinematics.se2 import between, compose
 from robotont_map_navigation.goal import Goal, Outcome, Status
 from robotont_map_navigation.place_search import near, search
-from robotont_map_navigation.readings import Frames, floor_map_of, needed_radius, place_of, rays_of
+from robotont_map_navigation.readings import Frames, Newest, floor_map_of, message_of, needed_radius, place_of, rays_of
 from robotont_map_navigation.tool import wait_for
 
 SPEED = 0.6      # [rad/s] of the turn
@@ -31,20 +31,18 @@ class Relocalize:
     """Sees the scans while the robot turns, in the odometry's frame."""
 
     def __init__(self):
-        self._map = None
-        self._trouble = ""
+        self._map = Newest("map", OccupancyGrid)
+        self._trouble = Newest("localization/trouble", String, String())
         self._scans = []
         self._frames = Frames()
         self._command = rospy.Publisher("cmd_vel/navigation", Twist, queue_size=1)
         self._pose = rospy.Publisher("initialpose", PoseWithCovarianceStamped, queue_size=1)
-        rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
         rospy.Subscriber("scan", LaserScan, self._scans.append, queue_size=5)
-        rospy.Subscriber("localization/trouble", String, self._on_trouble, queue_size=1)
 
     def run(self):
         """Turn and search; the Outcome."""
-        for what, there in (("map", lambda: self._map), ("scan", lambda: self._scans), ("odometry", self._place),
-                            ("amcl", self._pose.get_num_connections),
+        for what, there in (("map", lambda: self._map.message), ("scan", lambda: self._scans),
+                            ("odometry", self._place), ("amcl", self._pose.get_num_connections),
                             ("cmd_vel_mux", self._command.get_num_connections)):
             if not wait_for(there, WAIT):
                 return Outcome(Status.NOT_THERE,
@@ -54,7 +52,7 @@ class Relocalize:
 
     def _find(self):
         """Search with what has been seen; the Outcome."""
-        floor_map, rays = floor_map_of(self._map), self._seen()
+        floor_map, rays = floor_map_of(self._map.message), self._seen()
         believed = self._frames.robot_in(floor_map.frame)
         found = search(floor_map, rays, needed_radius() / 2, believed) if rays[0].size else []
         if not found or found[0].share < LEAST:
@@ -64,9 +62,10 @@ class Relocalize:
         stays = believed and near(first.pose, believed)
         if others and not stays and first.share - others[0].share < CLEARER:
             return Outcome(Status.LOST, f"{Goal(*first.pose)} and {Goal(*others[0].pose)} look alike from here: {ASK}")
-        self._tell(floor_map.frame, first.pose)
-        if not wait_for(lambda: not self._trouble, WAIT):
-            return Outcome(Status.LOST, f"found {Goal(*first.pose)}, but {self._trouble}: {ASK}")
+        told = PoseWithCovariance(message_of(first.pose), (DEVIATION ** 2 * np.eye(6)).ravel().tolist())
+        self._pose.publish(PoseWithCovarianceStamped(Header(0, rospy.Time.now(), floor_map.frame), told))
+        if not wait_for(lambda: not self._trouble.message.data, WAIT):
+            return Outcome(Status.LOST, f"found {Goal(*first.pose)}, but {self._trouble.message.data}: {ASK}")
         elsewhere = max((other.share for other in others), default=0.0)
         room = "; it is where amcl had it, and the room has changed" if stays and elsewhere > first.share else ""
         return Outcome(Status.DONE, f"found at {Goal(*first.pose)}: the map explains {first.share:.0%} of what is "
@@ -74,8 +73,7 @@ class Relocalize:
 
     def _turn(self):
         """Turn once around; an Outcome when something holds the robot."""
-        message, turned, yaw, moved = Twist(), 0.0, self._place()[2], time.monotonic()
-        message.angular.z = SPEED
+        message, turned, yaw, moved = Twist(angular=Vector3(z=SPEED)), 0.0, self._place()[2], time.monotonic()
         try:
             while turned < 2 * math.pi:
                 self._command.publish(message)
@@ -105,18 +103,3 @@ class Relocalize:
     def _place(self):
         """Pose (x, y, yaw) of the robot in the odometry's frame; None when unknown."""
         return self._frames.robot_in(self._frames.odometry)
-
-    def _tell(self, frame, pose):
-        message = PoseWithCovarianceStamped()
-        message.header.frame_id, message.header.stamp = frame, rospy.Time.now()
-        place = message.pose.pose
-        place.position.x, place.position.y = pose[:2]
-        place.orientation.z, place.orientation.w = math.sin(pose[2] / 2), math.cos(pose[2] / 2)
-        message.pose.covariance = (DEVIATION ** 2 * np.eye(6)).ravel().tolist()
-        self._pose.publish(message)
-
-    def _on_map(self, message):
-        self._map = message
-
-    def _on_trouble(self, message):
-        self._trouble = message.data

@@ -37,9 +37,9 @@ def verdicts(commanded, measured, seconds=6.0, lost=(), obeys=True):
         watch.command(REST if stood else commanded(now), now)
         if lost and lost[0] <= now < lost[1]:
             continue
-        verdict = watch.measure(REST if stood else measured(now), now, now)
-        stands += [now] if verdict.stand else []
-        if verdict.held:
+        stand, held = watch.measure(REST if stood else measured(now), now, now)
+        stands += [now] if stand else []
+        if held:
             return stands, now
     return stands, None
 
@@ -144,7 +144,7 @@ def test_no_goal_ends_in_a_drive_however_its_odometry_comes(name, mass, seconds)
             if what == "commands":
                 watch.command(twist, time)
                 continue
-            verdict = watch.measure(twist, stamp, time)
-            stands += [time] if verdict.stand else []
-            assert not verdict.held, (way, time)
+            stand, held = watch.measure(twist, stamp, time)
+            stands += [time] if stand else []
+            assert not held, (way, time)
         assert len(stands) <= (mass > 5.0), (way, stands)

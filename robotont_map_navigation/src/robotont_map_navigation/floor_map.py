@@ -20,15 +20,11 @@ class FloorMap:
         self.cells = np.asarray(cells)
         self._occupied = self.cells >= OCCUPIED
         self.resolution = resolution
+        rows, columns = self.cells.shape
+        self.size = columns * resolution, rows * resolution  # (length, width) [m] along the map's own axes
         self.origin = origin
         self.frame = frame
         self._near_walls = {}  # radius [m]: H x W of bool, cells whose middles are closer than that to one of a wall
-
-    @property
-    def size(self):
-        """(length, width) [m] along the map's own axes."""
-        rows, columns = self._occupied.shape
-        return columns * self.resolution, rows * self.resolution
 
     def refusal(self, place, radius=0.0):
         """Why a round robot of `radius` [m] cannot stand at (x, y) [m], in words; empty where it can."""
@@ -52,10 +48,9 @@ class FloorMap:
             reach = int(tolerance / self.resolution)
             near = np.zeros(np.add(self._occupied.shape, 2 * reach), bool)
             rows, columns = np.nonzero(self._occupied)
-            for down in range(-reach, reach + 1):
-                for right in range(-reach, reach + 1):
-                    if self.resolution * math.hypot(down, right) < tolerance:
-                        near[rows + reach + down, columns + reach + right] = True
+            disk = self.resolution * np.hypot(*(np.indices((2 * reach + 1, 2 * reach + 1)) - reach)) < tolerance
+            for down, right in np.argwhere(disk):
+                near[rows + down, columns + right] = True
             self._near_walls[tolerance] = near[reach:near.shape[0] - reach, reach:near.shape[1] - reach]
         return self._at(self._near_walls[tolerance], *places)
 

@@ -14,7 +14,6 @@ from geometry_msgs.msg import Twist
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float32
 
-from robotont_driver.kinematics.se2 import yaw_of
 from robotont_map_navigation.readings import Newest, place_of, rays_of
 
 NEAR = 1.0         # [m] from the sensor: what moves farther off may go anywhere
@@ -71,13 +70,13 @@ class GivesWay:
 
     def _on_scan(self, scan):
         sensor = self._frames.look_up(self._frames.odometry, scan.header.frame_id, scan.header.stamp, TIMEOUT)
-        base = self._frames.look_up(self._frames.odometry, self._frames.base)
+        robot = self._frames.robot_in(self._frames.odometry)
         now = time.monotonic()
-        if not (sensor and base) or now - self._command.came > IDLE:
+        if not (sensor and robot) or now - self._command.came > IDLE:
             return
         ends, free = rays_of(scan, sensor)
         wished = self._command.message.linear
-        way = yaw_of(base.rotation) + math.atan2(wished.y, wished.x) if wished.x or wished.y else None
+        way = robot[2] + math.atan2(wished.y, wished.x) if wished.x or wished.y else None
         things = self._things[scan.header.frame_id]
         if things.come(place_of(sensor)[:2], ends, free, way, scan.header.stamp.to_sec()):
             if now - self._came > ANOTHER:

@@ -15,7 +15,7 @@ from std_msgs.msg import Float32, Header, String
 from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
 from robotont_driver.ros.worker import Worker
 from robotont_map_navigation.hold_watch import STAND, HoldWatch
-from robotont_map_navigation.readings import needed_radius
+from robotont_map_navigation.readings import Newest, needed_radius
 
 NOTHING = 0.0, 0.0, 0.0
 # [m] from the edge that plans keep free to what is felt, and its height: the local costmap takes the lower one, that no
@@ -39,7 +39,8 @@ class Held:
         self._lock = threading.Lock()  # a subscriber's thread each
         self._edge, self._frame = needed_radius(), frame  # now: the master may be gone when they are needed
         self._watch = HoldWatch(self._edge)
-        self._driver = "navigation"  # where there is no mux to tell
+        # where there is no mux to tell it is navigation
+        self._driver = Newest("cmd_vel/driven_by", String, String("navigation"), tcp_nodelay=True)
         self._words, self._command = "", NOTHING
         self._felt = rospy.Publisher("navigation/felt", PointCloud2, queue_size=1)
         self._stand = rospy.Publisher("navigation/stand", Float32, queue_size=1, tcp_nodelay=True)
@@ -47,18 +48,14 @@ class Held:
         self._told.publish("")
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
         for topic, kind, callback in (("cmd_vel/limited", Twist, self._on_command), ("odom", Odometry, self._on_odom),
-                                      ("cmd_vel/driven_by", String, self._on_driver),
                                       ("move_base/current_goal", PoseStamped, lambda _: self._tell(""))):  # tries anew
             rospy.Subscriber(topic, kind, callback, queue_size=1, tcp_nodelay=True)
         Worker(self._tell_costmaps)
         Health(robot_name(), {"motion": self._report})
 
-    def _on_driver(self, message):
-        self._driver = message.data
-
     def _on_command(self, message):
         with self._lock:
-            self._command = _twist(message) if self._driver == "navigation" else NOTHING
+            self._command = _twist(message) if self._driver.message.data == "navigation" else NOTHING
             self._watch.command(self._command, time.monotonic())
 
     def _on_odom(self, message):
@@ -84,12 +81,11 @@ class Held:
         return PERIOD
 
     def _tell(self, words):
-        if words != self._words:
-            self._words = words
-            self._told.publish(words)
+        self._words = words
+        self._told.publish(words)
 
     def _report(self):
-        values = {"driven by": self._driver}
+        values = {"driven by": self._driver.message.data}
         return (ERROR, self._words, values) if self._words else (OK, "as commanded", values)
 
 

@@ -2,7 +2,8 @@
 
 import math
 from collections import deque
-from typing import NamedTuple
+
+import numpy as np
 
 LAG = 0.08      # [s] from a command until the wheels of every robot folder, also with 8 kg, move at MOVES of it
 FELT = 0.14     # [s] without the motion that is commanded, after which something may hold the robot: it stands ...
@@ -13,13 +14,6 @@ LEAST = 0.04    # [m/s] of the outermost wheel; slower commands prove nothing
 MOVES = 1 / 3   # of the commanded motion at least
 SILENCE = 0.5   # [s] without a measured twist or a command, and nothing is known
 MOST_COMMANDS = 1000  # that are kept where no twist comes
-
-
-class Verdict(NamedTuple):
-    """What to do now."""
-
-    stand: bool = False  # for STAND
-    held: str = ""       # why the motion ends, in words
 
 
 class HoldWatch:
@@ -42,41 +36,37 @@ class HoldWatch:
         self._commands.append((now, self._speeds(twist)))
 
     def measure(self, twist, stamp, now):
-        """A `Verdict` on a twist of the odometry, the mean from the stamp before to this one."""
+        """What to do: (bool, to stand for STAND; why the motion ends, in words, or "").
+
+        twist: that of the odometry, the mean from the stamp before to this one.
+        """
         before, self._measured = self._measured, (stamp, now)
         step = stamp - before[0]
         known = 0.0 < step < SILENCE and now - before[1] < SILENCE
         if not known or now - self._commands[-1][0] > SILENCE or now < self._stands_until:
             self._since = None
-            return Verdict()
-        direction = self._commands[-1][1]
+            return False, ""
+        newest = self._commands[-1][1]
         while len(self._commands) > 1 and self._commands[1][0] <= before[0] - LAG:
             self._commands.popleft()  # the first one left is that which counted then
-        asked = min(_along(speeds, direction) for _, speeds in self._commands)
-        moved = _along(self._speeds(twist), direction)
+        length = math.hypot(*newest) or 1.0  # [m/s]; a command of nothing asks for nothing
+        asked = min(np.dot(speeds, newest) for _, speeds in self._commands) / length
+        moved = np.dot(self._speeds(twist), newest) / length
         if asked < LEAST or moved >= MOVES * asked:
             self._since = None
             self._way += max(0.0, moved) * step
             if self._way > FREE:
                 self._tries = 0
-            return Verdict()
+            return False, ""
         self._since = self._since or (before[0], now)  # the stamp's whole step was without motion; its news is new
         if min(stamp - self._since[0], now - self._since[1]) < FELT:
-            return Verdict()
+            return False, ""
         self._since, self._stands_until = None, now + STAND
-        self._tries, self._way = self._tries + 1, 0.0
-        if self._tries < TRIES:
-            return Verdict(stand=True)
-        self._tries = 0
-        return Verdict(True, f"something holds the robot: {TRIES} times it was to move at {math.hypot(*direction):.2f} "
-                       f"m/s, and its wheels moved it at {moved:.2f} m/s; look before it and at its wheels")
+        self._tries, self._way = self._tries % TRIES + 1, 0.0
+        return True, "" if self._tries < TRIES else (
+            f"something holds the robot: {TRIES} times it was to move at {length:.2f} m/s, and its wheels moved it at "
+            f"{moved:.2f} m/s; look before it and at its wheels")
 
     def _speeds(self, twist):
         """(v_x, v_y, speed of the wheels by the turn) [m/s]."""
         return twist[0], twist[1], self._radius * twist[2]
-
-
-def _along(speeds, direction):
-    """[m/s] of speeds in a direction, which is as long as it likes; 0 where it has none."""
-    length = math.hypot(*direction)
-    return sum(a * b for a, b in zip(speeds, direction)) / length if length else 0.0

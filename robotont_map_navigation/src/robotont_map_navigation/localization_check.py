@@ -14,7 +14,7 @@ from std_msgs.msg import String
 from robotont_driver.kinematics.se2 import between, compose
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.worker import Worker
-from robotont_map_navigation.readings import place_of, rays_of
+from robotont_map_navigation.readings import Newest, place_of, rays_of
 from robotont_map_navigation.scan_fit import Fit, fit_nearby
 
 LOOK_PERIOD = 0.5   # [s] between two scans that are compared with the map
@@ -40,8 +40,8 @@ class LocalizationCheck:
 
     def __init__(self, frames):
         self._frames = frames
-        self._map = self._scan = None
-        self._scanned = self._laid = time.monotonic()  # [s] when the newest scan came, and one was laid on the map
+        self._map, self._scan = None, Newest("scan", LaserScan)
+        self._laid = self._scan.came = time.monotonic()  # [s] when a scan was laid on the map, and when one came
         self._settled = 0.0      # [s] from when on scans count
         self._begin()
         self._outside = ""       # why amcl's pose is none where a robot can be
@@ -50,7 +50,6 @@ class LocalizationCheck:
         self._trouble = rospy.Publisher("localization/trouble", String, queue_size=1, latch=True)
         self._trouble.publish("")
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
-        rospy.Subscriber("scan", LaserScan, self._on_scan, queue_size=1)
         rospy.Subscriber("initialpose", PoseWithCovarianceStamped, self._on_new_pose, queue_size=1)
         rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1)
         Worker(self._look)
@@ -68,9 +67,6 @@ class LocalizationCheck:
         """A new FloorMap."""
         self._map = floor_map
 
-    def _on_scan(self, message):
-        self._scan, self._scanned = message, time.monotonic()
-
     def _on_new_pose(self, _message):
         """A person has said where the robot is: what the scans showed before does not count."""
         self._settled = time.monotonic() + SETTLING
@@ -81,7 +77,7 @@ class LocalizationCheck:
 
     def _look(self):
         """Compare the newest scan with the map, and tell what is found; returns the time to rest."""
-        scan, self._scan = self._scan, None
+        scan, self._scan.message = self._scan.message, None
         if time.monotonic() < self._settled:
             self._begin()
         elif scan is not None and self._map is not None:
@@ -135,7 +131,7 @@ class LocalizationCheck:
 
     def _describe(self, mean, wrong):
         """(level, message) of the diagnostics."""
-        silence, unlaid = (time.monotonic() - since for since in (self._scanned, self._laid))
+        silence, unlaid = (time.monotonic() - since for since in (self._scan.came, self._laid))
         found = _explains(mean) if mean else "nothing to compare: the scan shows nothing"
         explained, through = mean or (1.0, 0.0)
         return next((level, words) for applies, level, words in (

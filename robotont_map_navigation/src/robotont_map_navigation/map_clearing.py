@@ -72,18 +72,14 @@ class MapClearing:
         top, left = np.maximum(np.floor(around.min(axis=0) - reach), 0).astype(int)
         bottom, right = np.ceil(around.max(axis=0) + reach).astype(int)
         cells = self.floor_map.cells[top:bottom, left:right].copy()
-        if at_wall:
-            self._make_room(cells, top, left, place)
         height, width = cells.shape
+        if at_wall:
+            rows, columns = np.indices(cells.shape) + 0.5
+            x, y, _ = compose(self.floor_map.origin, ((columns + left) * self.floor_map.resolution,
+                                                      (rows + top) * self.floor_map.resolution, 0.0))
+            distance = np.hypot(x - place[0], y - place[1])
+            ring = (distance >= self._radius) & (distance < self._reach)
+            hidden = self.floor_map.are_behind_walls(place, (x[ring], y[ring]), 0.0)
+            cells[distance < self._radius] = FREE
+            cells[ring] = np.where(hidden, WALL, cells[ring])
         return OccupancyGridUpdate(x=left, y=top, height=height, width=width, data=cells.ravel().tolist())
-
-    def _make_room(self, cells, top, left, place):
-        """Around a place, in cells of the map from (top, left) on."""
-        rows, columns = np.indices(cells.shape) + 0.5
-        x, y, _ = compose(self.floor_map.origin, ((columns + left) * self.floor_map.resolution,
-                                             (rows + top) * self.floor_map.resolution, 0.0))
-        distance = np.hypot(x - place[0], y - place[1])
-        ring = (distance >= self._radius) & (distance < self._reach)
-        hidden = self.floor_map.are_behind_walls(place, (x[ring], y[ring]), 0.0)
-        cells[distance < self._radius] = FREE
-        cells[ring] = np.where(hidden, WALL, cells[ring])

@@ -35,7 +35,7 @@ class Monitor(Bus):
             monkeypatch.setattr(localization_check, name, lambda *_: None)
         monkeypatch.setattr(map_clearing, "Worker", lambda _: None)
         self.check = localization_check.LocalizationCheck(self)
-        self.check.take_map(floor_map_of(grid(walled(42, 122), -3.05, -1.05)))
+        self.check.floor_map = floor_map_of(grid(walled(42, 122), -3.05, -1.05))
 
     def look_up(self, _frame, child, *_):
         return self.places.get(child)

@@ -1,13 +1,15 @@
 """Lets DWAPlannerROS stay where it has arrived, and turn there to the goal's yaw."""
 
+import contextlib
 import math
-import threading
 
 import rospy
 from dynamic_reconfigure.msg import Config, DoubleParameter
 from dynamic_reconfigure.srv import Reconfigure
 from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseActionFeedback
+
+from robotont_map_navigation.readings import Newest
 
 ARRIVED = 0.02  # [m] from the goal's place, where it arrives: xy_goal_tolerance of dwa_local_planner.yaml
 STAYS = 0.06    # [m] and where it stays, until the next goal
@@ -21,27 +23,18 @@ class Arrival:
     """
 
     def __init__(self):
-        self._lock = threading.Lock()  # a subscriber's thread each
-        self._set = self._goal = None  # the newest tolerance [m]; (x, y) [m] of what is pursued
+        self._goal = Newest("move_base/current_goal", PoseStamped)
+        self._reached = self._set = None  # the message of the goal that has been; the newest tolerance [m]
         self._reconfigure = rospy.ServiceProxy("move_base/DWAPlannerROS/set_parameters", Reconfigure)
-        rospy.Subscriber("move_base/current_goal", PoseStamped, self._on_goal, queue_size=1)
         rospy.Subscriber("move_base/feedback", MoveBaseActionFeedback, self._on_feedback, queue_size=1)
 
-    def _on_goal(self, message):
-        self._goal = message.pose.position.x, message.pose.position.y
-        self._allow(ARRIVED)
-
     def _on_feedback(self, message):
-        place = message.feedback.base_position.pose.position
-        if self._goal and math.dist((place.x, place.y), self._goal) <= ARRIVED:
-            self._allow(STAYS)
-
-    def _allow(self, tolerance):
-        """Another planner has no such service; one that is started again is told at the next goal."""
-        with self._lock:
-            if tolerance != self._set:
-                try:
-                    self._reconfigure(Config(doubles=[DoubleParameter("xy_goal_tolerance", tolerance)]))
-                    self._set = tolerance
-                except rospy.ServiceException:
-                    self._set = None
+        """Ten times per second, and before each goal's first plan."""
+        goal, place = self._goal.message, message.feedback.base_position.pose.position
+        if goal and math.dist((place.x, place.y), (goal.pose.position.x, goal.pose.position.y)) <= ARRIVED:
+            self._reached = goal
+        tolerance = STAYS if goal and goal is self._reached else ARRIVED
+        if tolerance != self._set:
+            self._set = tolerance
+            with contextlib.suppress(rospy.ServiceException):  # another planner has no such service
+                self._reconfigure(Config(doubles=[DoubleParameter("xy_goal_tolerance", tolerance)]))

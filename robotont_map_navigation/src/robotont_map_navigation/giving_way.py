@@ -74,11 +74,10 @@ class GivesWay:
         now = time.monotonic()
         if not (sensor and robot) or now - self._command.came > IDLE:
             return
-        ends, free = rays_of(scan, sensor)
         wished = self._command.message.linear
         way = robot[2] + math.atan2(wished.y, wished.x) if wished.x or wished.y else None
         things = self._things[scan.header.frame_id]
-        if things.come(place_of(sensor)[:2], ends, free, way, scan.header.stamp.to_sec()):
+        if things.come(place_of(sensor)[:2], *rays_of(scan, sensor), way, scan.header.stamp.to_sec()):
             if now - self._came > ANOTHER:
                 self._wait, self._since = random.uniform(*WAIT), now
                 rospy.loginfo("navigation gives way: something comes")

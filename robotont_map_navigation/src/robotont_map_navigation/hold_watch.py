@@ -24,8 +24,8 @@ class HoldWatch:
     """
 
     def __init__(self, radius):
-        self._radius = radius
-        self._commands = deque([(-math.inf, (0.0, 0.0, 0.0))], MOST_COMMANDS)  # (time, speeds), the newest last
+        self._weights = 1.0, 1.0, radius  # [1, 1, m]: a turn counts by the speed of the wheels
+        self._commands = deque([(-math.inf, np.zeros(3))], MOST_COMMANDS)  # (time, speeds [m/s]), the newest last
         self._measured = -math.inf, -math.inf  # (stamp, time of arrival) of the newest twist
         self._since = None                  # as above, since when the robot does not move as commanded
         self._stands_until = -math.inf
@@ -33,13 +33,10 @@ class HoldWatch:
 
     def command(self, twist, now):
         """What goes out to the wheels for navigation; (0, 0, 0) where something else drives."""
-        self._commands.append((now, self._speeds(twist)))
+        self._commands.append((now, np.multiply(twist, self._weights)))
 
     def measure(self, twist, stamp, now):
-        """What to do: (bool, to stand for STAND; why the motion ends, in words, or "").
-
-        twist: that of the odometry, the mean from the stamp before to this one.
-        """
+        """(whether to stand for STAND, why the motion ends or "") by a twist, the mean since the stamp before."""
         before, self._measured = self._measured, (stamp, now)
         step = stamp - before[0]
         known = 0.0 < step < SILENCE and now - before[1] < SILENCE
@@ -51,7 +48,7 @@ class HoldWatch:
             self._commands.popleft()  # the first one left is that which counted then
         length = math.hypot(*newest) or 1.0  # [m/s]; a command of nothing asks for nothing
         asked = min(np.dot(speeds, newest) for _, speeds in self._commands) / length
-        moved = np.dot(self._speeds(twist), newest) / length
+        moved = np.dot(np.multiply(twist, self._weights), newest) / length
         if asked < LEAST or moved >= MOVES * asked:
             self._since = None
             self._way += max(0.0, moved) * step
@@ -63,10 +60,6 @@ class HoldWatch:
             return False, ""
         self._since, self._stands_until = None, now + STAND
         self._tries, self._way = self._tries % TRIES + 1, 0.0
-        return True, "" if self._tries < TRIES else (
-            f"something holds the robot: {TRIES} times it was to move at {length:.2f} m/s, and its wheels moved it at "
-            f"{moved:.2f} m/s; look before it and at its wheels")
-
-    def _speeds(self, twist):
-        """(v_x, v_y, speed of the wheels by the turn) [m/s]."""
-        return twist[0], twist[1], self._radius * twist[2]
+        words = (f"something holds the robot: {TRIES} times it was to move at {length:.2f} m/s, and its wheels moved "
+                 f"it at {moved:.2f} m/s; look before it and at its wheels")
+        return True, (words if self._tries == TRIES else "")

@@ -40,9 +40,10 @@ class LocalizationCheck:
 
     def __init__(self, frames):
         self._frames = frames
-        self._map, self._scan = None, Newest("scan", LaserScan)
+        self.floor_map = None    # what scans are compared with: a FloorMap
+        self._scan = Newest("scan", LaserScan)
+        self._new_pose = Newest("initialpose", PoseWithCovarianceStamped)  # where a person has said that the robot is
         self._laid = self._scan.came = time.monotonic()  # [s] when a scan was laid on the map, and when one came
-        self._settled = 0.0      # [s] from when on scans count
         self._begin()
         self._outside = ""       # why amcl's pose is none where a robot can be
         self._wrong = ""         # why the pose is wrong, as goto has been told
@@ -50,7 +51,6 @@ class LocalizationCheck:
         self._trouble = rospy.Publisher("localization/trouble", String, queue_size=1, latch=True)
         self._trouble.publish("")
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
-        rospy.Subscriber("initialpose", PoseWithCovarianceStamped, self._on_new_pose, queue_size=1)
         rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1)
         Worker(self._look)
         Health(robot_name(), {"localization": lambda: self._report})
@@ -63,14 +63,6 @@ class LocalizationCheck:
         self._moved = 0j         # [m] x + iy, by which the localization has moved the robot's place ...
         self._way = 0.0          # [m] ... in so much driving
 
-    def take_map(self, floor_map):
-        """A new FloorMap."""
-        self._map = floor_map
-
-    def _on_new_pose(self, _message):
-        """A person has said where the robot is: what the scans showed before does not count."""
-        self._settled = time.monotonic() + SETTLING
-
     def _on_command(self, message):
         if self._wrong and message != Twist():
             self._cancel.publish(GoalID())
@@ -78,10 +70,10 @@ class LocalizationCheck:
     def _look(self):
         """Compare the newest scan with the map, and tell what is found; returns the time to rest."""
         scan, self._scan.message = self._scan.message, None
-        if time.monotonic() < self._settled:
+        if time.monotonic() < self._new_pose.came + SETTLING:
             self._begin()
-        elif scan is not None and self._map is not None:
-            self._compare(scan, self._map)
+        elif scan and self.floor_map:
+            self._compare(scan, self.floor_map)
         mean = Fit(*np.mean(self._fits, axis=0)) if self._fits else None
         wrong = self._outside or (self._misfit(mean) if mean else self._wrong)  # where nothing is known: as it was
         level, words = self._describe(mean, wrong)
@@ -135,7 +127,7 @@ class LocalizationCheck:
         found = _explains(mean) if mean else "nothing to compare: the scan shows nothing"
         explained, through = mean or (1.0, 0.0)
         return next((level, words) for applies, level, words in (
-            (self._map is None, WARN, "no map: does map_server run?"),
+            (self.floor_map is None, WARN, "no map: does map_server run?"),
             (silence <= SILENCE < unlaid, WARN, "the scan cannot be laid on the map: no transform leads to its frame"),
             (wrong, ERROR, f"{wrong}; {REMEDY}"),
             (silence > SILENCE, WARN,

@@ -61,7 +61,7 @@ class MapClearing:
 
     def move(self, place, now):
         """The OccupancyGridUpdate for a robot at (x, y) [m] at the time `now` [s]; None far from walls."""
-        at_wall = self.floor_map.are_near_walls(np.transpose([place]), self._reach)[0]
+        at_wall = self.floor_map.are_near_walls(place, self._reach)
         if at_wall:
             self._places.append((now, *self.floor_map.indices(*place)))
         while self._places and now - self._places[0][0] > REMEMBERED:

@@ -19,7 +19,7 @@ class NavigationMonitor:
 
     def __init__(self, _parameters):
         frames = Frames()
-        self._readers = LocalizationCheck(frames), FootprintClearing(frames)
+        self._check, self._clearing = LocalizationCheck(frames), FootprintClearing(frames)
         self._others = Arrival(), Held(frames.base), GivesWay(frames)
         self._for_amcl, self._for_planning = (rospy.Publisher(f"map_for_{who}", OccupancyGrid, queue_size=1, latch=True)
                                               for who in ("amcl", "planning"))
@@ -31,9 +31,8 @@ class NavigationMonitor:
         place.x, place.y = place.x + half, place.y + half  # amcl takes the middle of a cell for its corner
         self._for_amcl.publish(shifted)
         self._for_planning.publish(wide_enough(message))
-        floor_map = floor_map_of(message)
-        for reader in self._readers:
-            reader.take_map(floor_map)
+        self._check.floor_map = floor_map_of(message)
+        self._clearing.take_map(self._check.floor_map)
 
 
 def wide_enough(message):

@@ -70,7 +70,7 @@ class GivesWay:
 
     def _on_scan(self, scan):
         sensor = self._frames.look_up(self._frames.odometry, scan.header.frame_id, scan.header.stamp, TIMEOUT)
-        robot = self._frames.robot_in(self._frames.odometry)
+        robot = place_of(self._frames.look_up(self._frames.odometry, self._frames.base))
         now = time.monotonic()
         if not (sensor and robot) or now - self._command.came > IDLE:
             return

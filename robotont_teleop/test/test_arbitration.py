@@ -112,15 +112,6 @@ def test_after_an_emergency_stop_nobody_rests_with_the_robot_still_his(arbiter):
     assert arbiter.command("navigation", NAVIGATION, 0.3) == [NAVIGATION]
 
 
-def test_on_request_the_rest_of_the_hand_ends(arbiter):
-    arbiter.command("hand", HAND, 0.0)
-    arbiter.command("hand", STOP, 0.1)
-    arbiter.command("navigation", NAVIGATION, 0.15)
-    assert arbiter.give_back(0.2) == []
-    assert arbiter.driver == "navigation"
-    assert arbiter.command("navigation", NAVIGATION, 0.25) == [NAVIGATION]
-
-
 def test_an_emergency_stop_locks_at_once_and_goes_on_saying_so(arbiter):
     arbiter.command("hand", HAND, 0.0)
     assert arbiter.emergency_stop(True, 0.1) == [STOP]

@@ -2,13 +2,11 @@
 
 import contextlib
 import os
-import stat
 
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
 from rostest_keyboard_teleop import Terminal
-from std_msgs.msg import String
 from web_client import Client
 
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
@@ -45,48 +43,7 @@ def make_package(folder, name, program, text):
     (folder / name / "package.xml").write_text(f"<package><name>{name}</name></package>")
     file = folder / name / program
     file.write_text("#!/usr/bin/env python3\n" + text)
-    file.chmod(file.stat().st_mode | stat.S_IXUSR)
-
-
-class Heard:
-    """What comes on the topics of commands, and by whom."""
-
-    def __init__(self):
-        self.senders, self.hands, self.drivers = set(), set(), set()
-        rospy.Subscriber("cmd_vel", Twist, lambda message: self.senders.add(name_of(message)))
-        rospy.Subscriber("cmd_vel/hand", Twist, lambda message: message.linear.x and self.hands.add(name_of(message)))
-        rospy.Subscriber("cmd_vel/driven_by", String, lambda message: self.drivers.add(message.data))
-
-
-def name_of(message):
-    return connection_header(message)["callerid"]
-
-
-def drive_by_each(master, order):
-    """Start all in an order, drive by each hand; the nodes by which commands came, or could come, on cmd_vel."""
-    heard, board, port = Heard(), Board(str(master.folder / "board")), free_port()
-    board.plug()
-    starts = {"robot": lambda: master.launch("robot.launch", f"port:={board.link}", "description:=false"),
-              "page": lambda: master.launch("teleop.launch", f"web_port:={port}"),
-              "gamepad": lambda: master.launch("gamepad.launch"),
-              "keys": Terminal}
-    started = {part: starts[part]() for part in order}
-    try:
-        with Client(port) as client:
-            page = wait_for(lambda: open_page(client), "the page", 60.0, period=0.2)
-
-            def each_has_driven():
-                page.drive(0.2)
-                started["keys"].type("w")
-                return len(heard.hands) == 3 and "hand" in heard.drivers and any(board.speeds)
-            wait_for(each_has_driven, "all three hands", 60.0, period=0.1)
-        publishers, _, _ = rosgraph.Master("/test").getSystemState()
-        return heard.senders | set(dict(publishers)["/cmd_vel"])
-    finally:
-        started.pop("keys").end()
-        for process in started.values():
-            master.stop(process)
-        board.close()
+    file.chmod(0o755)
 
 
 def open_page(client):
@@ -97,10 +54,31 @@ def open_page(client):
 @in_own_process
 def test_the_hands_first():
     """Other tests have the robot first."""
-    with Master() as master:
+    with Master() as master, Client(free_port()) as client:
         make_package(master.folder, "joy", "joy_node", JOY)
         make_package(master.folder, "teleop_twist_joy", "teleop_node", TWIST)
         os.environ["ROS_PACKAGE_PATH"] = f"{master.folder}:{os.environ['ROS_PACKAGE_PATH']}"
         rospy.init_node("hands", disable_signals=True)
         rospy.set_param("/run_id", "hands")  # of two roslaunches that make one at once the second ends
-        assert drive_by_each(master, ("keys", "gamepad", "page", "robot")) == {"/cmd_vel_mux"}
+        senders, hands = set(), set()
+        rospy.Subscriber("cmd_vel", Twist, lambda message: senders.add(connection_header(message)["callerid"]))
+        rospy.Subscriber("cmd_vel/hand", Twist, lambda message: message.linear.x and hands.add(
+            connection_header(message)["callerid"]))
+        keys, board = Terminal(), Board(str(master.folder / "board"))
+        board.plug()
+        master.launch("gamepad.launch")
+        master.launch("teleop.launch", f"web_port:={client.port}")
+        master.launch("robot.launch", f"port:={board.link}", "description:=false")
+        try:
+            page = wait_for(lambda: open_page(client), "the page", 60.0, period=0.2)
+
+            def each_has_driven():
+                page.drive(0.2)
+                keys.type("w")
+                return len(hands) == 3 and any(board.speeds)
+            wait_for(each_has_driven, "all three hands", 60.0, period=0.1)
+            publishers, _, _ = rosgraph.Master("/test").getSystemState()
+            assert senders | set(dict(publishers)["/cmd_vel"]) == {"/cmd_vel_mux"}
+        finally:
+            keys.end()
+            board.close()

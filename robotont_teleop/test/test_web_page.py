@@ -50,9 +50,11 @@ def test_whatever_may_swallow_the_end_of_a_key_stops(page, served):
 
 def test_stop_needs_no_words(browser, served):
     """Their file hangs on the way: a person who sees none can stop; they come when the way is free."""
-    page = open_page(browser, served, script="const real = fetch; let free = false; window.fetch = (file, how) => "
-                     "free || !file.endsWith('texts.json') ? real(file, how) : "
-                     "new Promise((_, no) => how.signal.addEventListener('abort', no));")
+    page = open_page(browser, served, script="""const real = fetch, wait = AbortSignal.timeout;
+let free = false;
+AbortSignal.timeout = (time) => wait.call(AbortSignal, time / 10);
+window.fetch = (file, how) => free || !file.endsWith('texts.json') ? real(file, how) :
+  new Promise((_, no) => how.signal.addEventListener('abort', no));""")
     page.tap("#stop")
     wait_for(lambda: served.robot.stopped, "STOP")
     assert not page.run("$('stop').ariaLabel")
@@ -199,6 +201,7 @@ FAULTS = (
 
 
 def test_the_worst_fault_stands_where_one_looks(page, served):
+    page.wait("$('fault_words').innerText === 'The robot reports nothing'", "the bar of one that reports nothing")
     for fault, words in FAULTS:
         report(served, fault)
         page.wait(f"document.querySelector('#fault p').innerText === {words!r}", "the bar")
@@ -242,10 +245,15 @@ def test_a_page_that_was_overtaken_is_told(page, served):
 def test_a_stall_shows_nothing_old_and_a_stop_that_it_swallows_goes_out_on_the_next_connection(browser, served):
     report(served, given={"velocity": [0.2, 0.0, 0.1]}, board="this one",
            battery={"voltage": 12.0, "charge": 0.9})
+    served.robot.name = "robot7"
+    kind, code = served.server.files["server_link.js"]
+    assert b"LOST = 6000;" in code
+    served.server.files["server_link.js"] = kind, code.replace(b"LOST = 6000;", b"LOST = 1500;")
     proxy = StallingProxy(served.port)
     page = open_page(browser, proxy, script="window.sockets = 0; window.WebSocket = class extends WebSocket {"
                      "constructor(...given) { super(...given); window.sockets += 1; }};")
     page.wait("$('speed').textContent === '0.20' && $('turning').textContent === '0.10'", "numbers")
+    assert page.run("document.title") == page.text("#robot") == "robot7"
     proxy.stall()
     page.wait("['speed', 'turning'].every((id) => $(id).textContent === '–')", "no numbers")
     assert not page.run("new Promise((done) => setTimeout(() => done($('view').classList.contains('live')), 300))")
@@ -267,17 +275,6 @@ def test_a_stall_shows_nothing_old_and_a_stop_that_it_swallows_goes_out_on_the_n
     assert page.run("$('lights').childElementCount") == 0
     assert page.box("#battery")[3] == 0, "its height"
     page.close()
-
-
-def test_the_page_says_which_robot_it_is(browser, served):
-    served.robot.name = "robot7"
-    page = open_page(browser, served)
-    assert page.run("document.title") == page.text("#robot") == "robot7"
-    page.close()
-
-
-def test_a_robot_that_reports_nothing_is_not_well(page):
-    page.wait("$('fault_words').innerText === 'The robot reports nothing'", "the bar")
 
 
 def test_no_english_is_left_in_other_languages(page, served):

@@ -138,7 +138,6 @@ def test_a_robot_that_blinks_keeps_its_card_and_of_namesakes_each_must_confirm(r
         return [(one["id"], one["present"], one.get("number")) for one in room.fleet.view(0.0)["robots"]
                 if one["name"] == "r1"]
     room.say("r1", number=9)
-    room.say("r1", "who never was there")
     room.go("r1")
     room.now = 60.0
     room.come("r1")
@@ -220,6 +219,12 @@ def test_stops_survive_the_page_and_its_file_is_read_in_doubt_as_a_stop(room, tm
     after.say("r1", confirmed=[room.kept["all"], "page-2-1"])
     after.release()
     assert [order["number"] for _, order in after.sent] == [room.kept["all"]]
+
+
+def test_of_who_never_was_there_nothing_is_remembered(room):
+    room.say("r1", "another")
+    room.say("never there")
+    assert [(one["name"], one["id"]) for one in room.fleet.view(0.0)["robots"]] == [("r1", "a"), ("r2", "a")]
 
 
 def test_who_needs_somebody_comes_first_and_is_counted():

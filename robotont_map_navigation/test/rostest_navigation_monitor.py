@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""navigation_monitor as a process: what it hears and tells, DWAPlannerROS' tolerance, a robot that something holds."""
+"""navigation_monitor as a process: what it hears and tells, a robot that something holds, something that comes."""
 
 import time
 
@@ -7,10 +7,8 @@ import numpy as np
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalID
-from dynamic_reconfigure.srv import Reconfigure, ReconfigureResponse
 from geometry_msgs.msg import PoseStamped, Twist
 from map_msgs.msg import OccupancyGridUpdate
-from move_base_msgs.msg import MoveBaseActionFeedback
 from nav_msgs.msg import OccupancyGrid, Odometry
 from navigation_messages import grid, latched, ranges_in_box, scan_of, transform, walled
 from sensor_msgs import point_cloud2
@@ -61,31 +59,6 @@ class NavigationMonitorTest(NodeTest):
         self.wait_for_status(TASK, ERROR, "a map of another place, or a wrong pose")
         wait_for(lambda: "a map of another place" in troubles[-1].data, "words for goto")
         wait_for(lambda: updates and 0 in updates[-1].data, "room in the wall")
-        command = self.publisher("cmd_vel", Twist)
-        wait_for(lambda: command.publish(twist(0.2)) or self.cancelled, "the end of the goal that drives", period=0.2)
-
-    def test_the_goals_tolerance_is_wide_from_the_arrival_to_the_next_goal(self):
-        heard = []
-
-        def reconfigure(request):
-            heard.extend((each.name, each.value) for each in request.config.doubles)
-            return ReconfigureResponse()
-        service = rospy.Service("move_base/DWAPlannerROS/set_parameters", Reconfigure, reconfigure)
-        self.addCleanup(service.shutdown)
-        goal = self.publisher("move_base/current_goal", PoseStamped)
-        feedback = self.publisher("move_base/feedback", MoveBaseActionFeedback)
-        narrow, wide = ("xy_goal_tolerance", 0.02), ("xy_goal_tolerance", 0.06)
-        message, now = PoseStamped(), MoveBaseActionFeedback()
-        message.pose.position.x = 2.0
-        goal.publish(message)
-        for x in (1.0, 1.97, 1.99, 1.97):
-            now.feedback.base_position.pose.position.x = x
-            feedback.publish(now)
-            rospy.sleep(0.1)
-        wait_for(lambda: heard[-1:] == [wide], "the arrival")
-        goal.publish(message)
-        wait_for(lambda: feedback.publish(now) or heard[-1] == narrow, "the next goal", period=0.1)
-        self.assertEqual(heard.count(wide), 1)
 
     def drive(self, until, what):
         """Command 0.2 m/s while the wheels stand."""
@@ -98,7 +71,13 @@ class NavigationMonitorTest(NodeTest):
             return until()
         wait_for(step, what, period=0.02)
 
-    def test_a_robot_that_is_held_loses_its_goals_and_a_new_one_tries_again(self):
+    def test_a_robot_that_is_held_loses_navigations_goals_and_a_new_one_tries_again(self):
+        self.driver.publish(String("hand"))
+        wait_for(lambda: self.values(MOTION)["driven by"] == "hand", "navigation_monitor to hear who drives")
+        begin = time.monotonic()
+        self.drive(lambda: time.monotonic() - begin > 1.0, "a second by hand")
+        self.assertEqual([*self.cancelled, *self.stands], [])
+        self.driver.publish(String("navigation"))
         self.drive(lambda: self.stands, "a stand")
         self.assertEqual(self.cancelled, [])
         felt = wait_for(lambda: [cloud for cloud in self.felt if cloud.width], "what it has felt")
@@ -110,13 +89,6 @@ class NavigationMonitorTest(NodeTest):
         self.wait_for_status(MOTION, ERROR, "something holds the robot")
         self.publisher("move_base/current_goal", PoseStamped).publish(PoseStamped())
         wait_for(lambda: not self.told[-1].data, "a new try")
-
-    def test_nothing_is_cancelled_while_somebody_else_drives(self):
-        self.driver.publish(String("hand"))
-        wait_for(lambda: self.values(MOTION)["driven by"] == "hand", "navigation_monitor to hear who drives")
-        begin = time.monotonic()
-        self.drive(lambda: time.monotonic() - begin > 2.0, "two seconds by hand")
-        self.assertEqual([*self.cancelled, *self.stands], [])
 
     def test_navigation_stands_while_something_comes(self):
         """Of two scanners on one topic, of which the lower one sees something that stands."""

@@ -1,7 +1,12 @@
 import math
 
 import pytest
+import rospy
+from geometry_msgs.msg import PoseStamped
+from move_base_msgs.msg import MoveBaseActionFeedback
+from navigation_messages import Bus
 
+from robotont_map_navigation.arrival import ARRIVED, STAYS, Arrival
 from robotont_map_navigation.goal import Goal, Status, outcome, progress
 from robotont_map_navigation.goto import parse_arguments
 
@@ -55,3 +60,20 @@ def test_progress_says_how_far_it_is():
 ])
 def test_every_end_has_a_status_and_words(state, text, pose, status, words):
     assert outcome(state, text, GOAL, pose, 31.2) == (status, words)
+
+
+def test_the_planners_tolerance_is_wide_from_the_arrival_to_the_next_goal(monkeypatch):
+    bus, feedback, heard = Bus(monkeypatch), MoveBaseActionFeedback(), []
+
+    def service(name, _kind):
+        assert name == "move_base/DWAPlannerROS/set_parameters"
+        return lambda config: heard.extend((each.name, each.value) for each in config.doubles)
+    monkeypatch.setattr(rospy, "ServiceProxy", service)
+    Arrival()
+    for places in (1.0, 1.97, 1.99, 1.97), (1.97,):
+        goal = PoseStamped()
+        goal.pose.position.x = 2.0
+        bus.hear("move_base/current_goal", goal)
+        for feedback.feedback.base_position.pose.position.x in places:
+            bus.hear("move_base/feedback", feedback)
+    assert heard == [("xy_goal_tolerance", value) for value in (ARRIVED, STAYS, ARRIVED)]

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The node of the page, without a browser: its end, https and token, and a STOP over its restart."""
+"""The node of the page, without a browser: its end, https and token."""
 
 import contextlib
 import http.client
@@ -66,37 +66,6 @@ class WebTeleopNodeTest(NodeTest):
         self.assertNotIn("Traceback", self.log.read_text())
         # once more, right behind its start: a signal that met a question to the master
         self.assertEqual(self.processes.stop(self.start(), signal.SIGTERM), 0, "it has not ended by itself")
-
-    def test_a_stop_that_no_driver_has_heard_waits_over_a_restart_and_its_release_moves_nothing(self):
-        """The page sends it again (modules.test.mjs) until it is `pressed_here`."""
-        def told(stopped, waits, here):
-            state = page.messages["state"]
-            return (state["stopped"], state["stop_waits"], state["pressed_here"]) == (stopped, waits, here)
-        server, page = self.start(), self.page()
-        page.send({"kind": "stop"})
-        wait_for(lambda: told(True, True, False), "a stop that waits")
-        self.processes.stop(server)
-        self.start()
-        page = self.page()
-        self.assertTrue(told(False, False, False), "it knows nothing")
-        page.send({"kind": "stop"})
-        wait_for(lambda: told(True, True, False), "a stop that waits")
-        self.addCleanup(rospy.set_param, "/emergency_stop_pressed", [])
-        self.processes.node("driver_node")
-        wait_for(lambda: told(True, False, True), "the driver's word")
-        number = page.messages["hello"]["page"]
-        wait_for(lambda: page.drive(*DRIVE) or page.messages["state"]["held"] == [number], "the held stick",
-                 period=0.05)
-
-        def release():
-            page.drive(*DRIVE)
-            page.order("release", pressed_at=page.messages["state"]["pressed_at"])
-            return told(False, False, False)
-        wait_for(release, "the release", period=0.2)
-        for _ in range(10):
-            page.drive(*DRIVE)
-            time.sleep(0.05)
-        self.assertFalse([command for command in self.hand if any(command)])
 
     def test_by_the_token_over_https_and_no_token_in_any_log(self):
         folder, logs = self.processes.folder, self.processes.folder / "log"

@@ -10,7 +10,7 @@ from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from guarded_drive import WHEELS
 from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Range
-from std_msgs.msg import Header
+from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 from web_client import room
 
@@ -73,3 +73,22 @@ def test_a_page_is_told_who_moves_it_what_is_near_and_where_its_map_lies(bus):
     bus.hear("map", OccupancyGrid())  # none: the one before stays
     assert bus.view.status()["map"]["origin"] == (1.0, 0.0, 0.0)
     assert bus.view.map_picture.startswith(b"\x89PNG")
+
+
+def test_a_page_is_told_whether_its_stop_has_arrived(bus):
+    """It sends it again (modules.test.mjs) until it is `pressed_here`."""
+    def told():
+        state = bus.view.state()
+        return state["stopped"], state["stop_waits"], state["pressed_here"]
+    bus.hear("emergency_stop/pressed_by", String("/other"))
+    assert told() == (True, False, False)
+    bus.view.emergency_stop.press()
+    assert told() == (True, True, False)
+    bus.hear("emergency_stop/pressed_by", String("/other, /node"))
+    assert told() == (True, False, True)
+    bus.hear("emergency_stop/pressed_by", String(""))
+    assert told()[0], "another's release, before anybody could see this press, does not end it"
+    bus.now += emergency_stop_publisher.HELD
+    for names in ("/node", ""):
+        bus.hear("emergency_stop/pressed_by", String(names))
+    assert told() == (False, False, False)

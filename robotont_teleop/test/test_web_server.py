@@ -66,6 +66,19 @@ def test_everybody_may_stop_but_only_the_driver_releases_who_has_seen_the_newest
     wait_for(lambda: not served.robot.stopped, "the release")
 
 
+def test_a_stick_that_is_held_during_a_stop_by_others_moves_nothing_behind_its_release(served):
+    page = served.ready_page()
+    served.robot.emergency_stop.press()
+    page.drive(0.3)
+    wait_for(lambda: page.messages["state"]["held"], "the held stick")
+    page.order("release", pressed_at=served.robot.emergency_stop.pressed_at)
+    wait_for(lambda: not served.robot.stopped, "the release")
+    page.drive(0.3)
+    page.order("take", 0)
+    wait_for(lambda: "late" in page.messages, "an answer behind the command")
+    assert not served.robot.moved
+
+
 def test_what_is_old_is_dropped_and_the_page_of_an_order_informed(timely):
     page = timely.ready_page()
     page.drive(0.3, time=page.time - 250)

@@ -68,7 +68,7 @@ def test_packets_that_came_late_leave_no_spikes():
 
 def line(length, turn=0.0, number=101):
     times = np.linspace(0, 10, number)
-    return Trajectory(times, np.column_stack([times / 10 * length, 0 * times, times / 10 * turn]))
+    return Trajectory(times, np.column_stack([times / 10 * length, 0 * times, se2.wrap(times / 10 * turn)]))
 
 
 @pytest.mark.parametrize("driven, true, figures", [

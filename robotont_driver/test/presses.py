@@ -56,8 +56,8 @@ rospy.spin()
 class Presses(TwoMachines):
     """Robots by name, each a driver_node, on the machine with the master; buttons elsewhere."""
 
-    def __init__(self, robots, seed=1):
-        super().__init__(slow=True, seed=seed)
+    def __init__(self, robots):
+        super().__init__(slow=True)
         self._buttons, self._orders, self._starts = {}, {}, 0
         self.on("robot", "rosmaster", "--core", "-p", "11311", **self.environment("robot"))
         wait_for(lambda: not self.run("robot", "rosparam", "list", **self.environment("robot")).returncode, "a master")

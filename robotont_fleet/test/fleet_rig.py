@@ -75,11 +75,9 @@ class Rig(Processes):
             return all(drives)
         wait_for(free, "all to drive", PATIENCE, period=0.3)
 
-    def add_robot(self, name, *arguments, board=True, **environment):
-        self.robots[name] = robot = RobotRig(self, name, environment)
-        robot.start(board)
-        robot.start_fleet_node(*arguments)
-        return robot
+    def add_robot(self, name):
+        self.robots[name] = robot = RobotRig(self, name)
+        robot.start()
 
     def close(self):
         """At once: a dozen that say good-bye one after the other take seconds."""
@@ -92,25 +90,25 @@ class Rig(Processes):
 
 
 class RobotRig:
-    def __init__(self, rig, name, environment):
+    def __init__(self, rig, name):
         self._rig, self.name = rig, name
         self._port = free_port()
         self.environment = {"ROS_MASTER_URI": f"http://127.0.0.1:{self._port}", "ROS_IP": "127.0.0.1",
-                            "ROS_LOG_DIR": str(rig.folder / name), **environment}
+                            "ROS_LOG_DIR": str(rig.folder / name)}
         self.board = Board(str(rig.folder / f"{name}.port"))
         self.proxy = StallingProxy(rig.router_port, room=4096)
         self._computer = []
 
-    def start(self, board):
+    def start(self):
         self._start("rosmaster", "--core", "-p", self._port)
         wait_for_master(self.environment["ROS_MASTER_URI"], PATIENCE)
-        if board:
-            self.board.plug()
-            master = xmlrpc.client.ServerProxy(self.environment["ROS_MASTER_URI"])
-            for key, value in {**SHIPPED, "serial_com_node": {"port": self.board.link}}.items():
-                master.setParam("/rig", "/" + key, value)
-            self._start(places.program("robotont_driver", "robotont_node"))
+        self.board.plug()
+        master = xmlrpc.client.ServerProxy(self.environment["ROS_MASTER_URI"])
+        for key, value in {**SHIPPED, "serial_com_node": {"port": self.board.link}}.items():
+            master.setParam("/rig", "/" + key, value)
+        self._start(places.program("robotont_driver", "robotont_node"))
         self.navigation = self._start(sys.executable, HERE / "stand_in_navigation.py")
+        self.start_fleet_node()
 
     def _start(self, *command):
         self._computer.append(self._rig.start(*command, **self.environment))
@@ -136,11 +134,6 @@ class RobotRig:
     @property
     def drives(self):
         return any(self.board.speeds)
-
-
-def wait_until_driving(rig, *robots):
-    for robot in robots:
-        wait_for(lambda robot=robot: robot.drives and rig.seen(robot.name), "all to drive", PATIENCE, period=0.1)
 
 
 def memory(pid):
@@ -177,11 +170,3 @@ def watch_stop(rig, reached):
         look()
         assert set(stood) == set(rig.robots), "one drives on"
     return took
-
-
-def stop_time(rig, robots):
-    """[s] from STOP ALL until the last wheel stands."""
-    began = time.monotonic()
-    rig.order(kind="stop")
-    wait_for(lambda: not any(robot.drives for robot in robots), "all wheels' zeros", PATIENCE, period=0.001)
-    return time.monotonic() - began

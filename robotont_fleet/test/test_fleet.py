@@ -9,7 +9,7 @@ import threading
 import time
 
 import pytest
-from fleet_rig import STATE, Rig, memory, stop_time, wait_until_driving, watch_stop
+from fleet_rig import PATIENCE, STATE, Rig, memory, watch_stop
 
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.zenoh_setup import zenoh
@@ -29,7 +29,8 @@ def rig():
         one.start_page()
         for name in NAMES:
             one.add_robot(name)
-        wait_until_driving(one, *one.robots.values())
+        wait_for(lambda: all(robot.drives and one.seen(robot.name) for robot in one.robots.values()), "all to drive",
+                 PATIENCE, period=0.1)
         yield one
 
 
@@ -66,8 +67,7 @@ def press_while_a_robot_starts_again(rig, chance):
     if chance.random() < 0.5:
         wait_for(lambda: not rig.seen(robot.name), "the page to miss it")
     rig.order(kind="stop")
-    robot.start(board=True)
-    robot.start_fleet_node()
+    robot.start()
     return present
 
 
@@ -136,7 +136,10 @@ for number in itertools.count():
     before = [memory(process.pid) for process in (robot.fleet_node, rig.page)]
     flooding = rig.start(sys.executable, "-c", flood)
     time.sleep(FLOOD)
-    took = stop_time(rig, rig.robots.values())
+    began = time.monotonic()
+    rig.order(kind="stop")
+    wait_for(lambda: not any(one.drives for one in rig.robots.values()), "all wheels' zeros", period=0.001)
+    took = time.monotonic() - began
     after = [memory(process.pid) for process in (robot.fleet_node, rig.page)]
     rig.stop(flooding, signal.SIGKILL)
     print(f"\nSTOP ALL in a flood: {1000 * took:.0f} ms; fleet_node, page: {before} -> {after} MiB")

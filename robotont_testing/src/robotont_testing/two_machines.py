@@ -23,16 +23,15 @@ class TwoMachines(Processes):
 
     They reach each other through a switch, whose ports lose their carrier when the cable is cut. No name server
     answers. What ROS' variables name in this process is forgotten.
-    slow: through a `slow_link` instead, whose delay and loss `link` sets; seed: of what is lost there.
+    slow: through a `slow_link` instead, whose delay and loss `link` sets.
     Raises NoMachinesError with the reason.
     """
 
-    def __init__(self, slow=False, seed=1):
+    def __init__(self, slow=False):
         super().__init__()
         for name in ("ROS_IP", "ROS_HOSTNAME", "ROS_MASTER_URI"):
             os.environ.pop(name, None)
         self._slow = slow
-        self._seed = seed
         lacking = [tool for tool in TOOLS if not shutil.which(tool)]
         if lacking:
             raise NoMachinesError("these commands are missing: " + ", ".join(lacking))
@@ -70,7 +69,7 @@ class TwoMachines(Processes):
     def _make_slow_link(self):
         self.link(0.0, 0.0)
         log = self.folder / "slow_link"
-        process = self.on("switch", sys.executable, slow_link.__file__, self.folder / "link", self._seed,
+        process = self.on("switch", sys.executable, slow_link.__file__, self.folder / "link",
                           *(self._pids[name] for name in ADDRESSES), log=log)
         wait_for(lambda: "ready" in log.read_text() or process.poll() is not None, "the slow link")
         if process.poll() is not None:

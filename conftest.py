@@ -31,7 +31,7 @@ LONG = ("navigation_monitor", "web_teleop_node", "status", "goto", "simulator_no
         "test_exercise", "test_navigation_launch", "test_fleet_access", "test_firmware_suites", "test_two_launches",
         "test_hands_through_the_mux", "test_gyro", "test_sim_driving", "test_firmware_bounds", "test_sim_faults",
         "test_presses", "test_press_histories", "test_old_commands", "test_fleet", "timed_keyboard_teleop",
-        "test_network", "timed_cmd_vel_mux", "timed_odom_node")
+        "test_network", "test_cmd_vel_mux_restarts", "timed_odom_node")
 
 
 class WithoutTf2:

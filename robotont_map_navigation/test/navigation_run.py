@@ -101,7 +101,8 @@ class Run(Simulated):
         super().__init__(master, "navigation.launch", f"robot:={robot}", f"world:={place}",
                          f"map:={ROOT}/config/maps/{world}.yaml", *arguments)
         self.commands, self.reports = [], []
-        rospy.Subscriber("cmd_vel", Twist, lambda message: self.commands.append((time.monotonic(), message)))
+        rospy.Subscriber("cmd_vel", Twist, lambda message: self.commands.append(
+            [round(value, 4) for value in (message.linear.x, message.linear.y, message.angular.z)]))
         rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics)
 
     def _on_diagnostics(self, message):
@@ -133,7 +134,7 @@ class Run(Simulated):
             "unseen_m": round(sum(speed(message) for message in truth if abs(math.atan2(
                 message.twist.twist.linear.y, message.twist.twist.linear.x)) > HALF_A_VIEW) / TRUTH_RATE, 2),
             "fastest_m_s": round(max(map(speed, truth)), 3),
-            "last_command": flat(self.commands[-1][1]) if len(self.commands) > first_command else None,
+            "last_command": self.commands[-1] if len(self.commands) > first_command else None,
             "alarms": sorted({report.message for report in reports if report.level}), "fit_percent": least_fit(reports),
         }
 
@@ -158,11 +159,6 @@ def way(truth):
     """[m] through the places of Odometry messages."""
     places = [pose(message)[:2] for message in truth]
     return sum(math.dist(one, other) for one, other in zip(places, places[1:]))
-
-
-def flat(twist):
-    """[v_x, v_y, omega] of a Twist."""
-    return [round(value, 4) for value in (twist.linear.x, twist.linear.y, twist.angular.z)]
 
 
 def standing(message):

@@ -1,10 +1,10 @@
 """What the network check says of a port that something else than a ROS master answers at."""
 
-import socket
+import socketserver
 import subprocess
 import sys
 import threading
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 
 import pytest
 
@@ -18,20 +18,15 @@ NO_TRIPLE = (b"HTTP/1.0 200 OK\r\nContent-Type: text/xml\r\n\r\n<?xml version='1
 @contextmanager
 def server(answer):
     """URI of a server with one answer to everything; None: it closes the connection."""
-    with socket.create_server(("127.0.0.1", 0)) as listening:
-        def serve():
-            while True:
-                try:
-                    connection, _ = listening.accept()
-                except OSError:
-                    return
-                with connection, suppress(ConnectionResetError):  # by who has seen enough
-                    if answer:
-                        connection.sendall(answer)
-                        connection.recv(65536)  # a question that nobody reads would reset the connection
-        threading.Thread(target=serve, daemon=True).start()
-        yield f"http://127.0.0.1:{listening.getsockname()[1]}"
-        listening.shutdown(socket.SHUT_RDWR)
+    class Handler(socketserver.BaseRequestHandler):
+        def handle(self):
+            if answer:
+                self.request.sendall(answer)
+                self.request.recv(65536)  # a question that nobody reads would reset the connection
+    with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Handler) as listening:
+        threading.Thread(target=listening.serve_forever, args=(0.05,), daemon=True).start()
+        yield f"http://127.0.0.1:{listening.server_address[1]}"
+        listening.shutdown()
 
 
 @pytest.mark.parametrize("answer", [b"SSH-2.0-OpenSSH_9.2\r\n", PAGE, NO_TRIPLE, b"\xff\xfe\0\0", None],

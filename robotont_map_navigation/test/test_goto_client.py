@@ -1,14 +1,17 @@
 """Why a goal ends, beside others who stop or cancel goals and send some; without ROS."""
 
+import math
 import threading
 
 import pytest
 from actionlib_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from move_base_msgs.msg import MoveBaseActionResult
+from geometry_msgs.msg import Point, Pose, Quaternion
+from move_base_msgs.msg import MoveBaseActionFeedback, MoveBaseActionResult
 from navigation_messages import Bus, grid, walled
 from std_msgs.msg import String
 
+from robotont_driver.kinematics.se2 import pose_of
 from robotont_map_navigation import goto_client
 from robotont_map_navigation.goal import Goal, Status
 from robotont_testing.harness import wait_for
@@ -26,6 +29,7 @@ class MoveBase(Bus):
         super().__init__(monkeypatch)
         self.shown, self.cancelled = [], []
         self.after, self.status = 0.0, GoalStatus.ABORTED  # [s] until the result
+        self.ends = iter(())  # statuses of the goals, instead of that one
         self.before = ()  # (topic, message) that come before it
         self.obeys = True  # a cancellation
         monkeypatch.setattr(goto_client, "LOOK_UP", 0.0)
@@ -43,15 +47,18 @@ class MoveBase(Bus):
             if self.obeys:
                 self.end(message, GoalStatus.PREEMPTED)
             return
-        timer = threading.Timer(self.after, self.end, (message.goal_id, self.status, self.before))
+        status = next(self.ends, self.status)
+        timer = threading.Timer(self.after, self.end, (message.goal_id, status, self.before))
         timer.daemon = True
         timer.start()
         if not self.after:
             timer.join()
 
     def end(self, goal, status, before=()):
-        for heard in before:
-            self.hear(*heard)
+        for topic, message in before:
+            if topic == "move_base/feedback":
+                message.status.goal_id = goal
+            self.hear(topic, message)
         self.hear("move_base/result", MoveBaseActionResult(status=GoalStatus(goal, status, "no way")))
 
 
@@ -157,6 +164,23 @@ def test_a_goal_that_waits_says_why_and_goes_on_by_itself(move_base):
     move_base.status = GoalStatus.SUCCEEDED
     going.join(4.0)
     assert [each.status for each in outcomes] == [Status.DONE]
+
+
+@pytest.mark.parametrize("ends, looked", [  # of the goals behind the first, which move_base gives up
+    ([GoalStatus.SUCCEEDED] * 4, [2.1, 4.2, 0.0]), ([GoalStatus.ABORTED, GoalStatus.SUCCEEDED], [2.1])])
+def test_a_robot_that_has_no_way_looks_around_and_tries_again(move_base, ends, looked):
+    """What has gone bars the way until a scan sees through there. One that cannot turn looks no farther."""
+    feedback = MoveBaseActionFeedback()
+    feedback.feedback.base_position.pose = Pose(Point(1.0, -1.0, 0.0), Quaternion(0.0, 0.0, 0.0, 1.0))
+    move_base.ends = iter([GoalStatus.ABORTED, *ends])
+    move_base.before = [("move_base/feedback", feedback)]
+    assert move_base.goto.go(GOAL).status == Status.NEAR  # move_base says reached, and the robot is 2 m away
+    sent = [pose_of(message.goal.target_pose.pose) for message in move_base.sent["move_base/goal"]]
+    assert sent[0] == sent[-1] == pytest.approx(GOAL)
+    for pose, look in zip(sent[1:-1], looked):
+        assert pose[:2] == (1.0, -1.0)
+        assert math.remainder(pose[2] - math.pi / 2 - look, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+    assert len(sent) == len(looked) + 2
 
 
 def test_a_goal_that_waits_is_not_sent_again_once_it_is_left(move_base):

@@ -15,7 +15,7 @@ from std_msgs.msg import Header, String
 
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_driver.rospy_repairs.rospy_internals import goal_id
-from robotont_map_navigation.goal import Outcome, Status, outcome, progress
+from robotont_map_navigation.goal import Goal, Outcome, Status, outcome, progress
 from robotont_map_navigation.readings import Newest, floor_map_of, message_of, needed_radius
 from robotont_map_navigation.tool import wait_for
 
@@ -27,8 +27,15 @@ PATIENCE = 60.0    # [s] for which a goal may wait where the robot gets nowhere
 NEWS = 3.0         # [s] for which a word of the diagnostics counts
 PERIOD = 1.0       # [s] between two lines of progress
 AGAIN = 0.5        # [s] at least between two goals that are the same
+LOOKS = 2.1, 4.2, 0.0  # [rad] from the goal's direction, where a robot looks that has no way: a camera's view is narrow
 CANCELLING = 5.0   # [s] that move_base has to confirm a cancellation: it hears of none while it plans
 STOP = "the emergency stop, pressed by {}: release it, then send the goal again"
+
+
+def looks(pose, goal):
+    """Goals, at which a robot at `pose` (None: unknown) looks all around, and towards a Goal in the end."""
+    direction = pose and math.atan2(goal.y - pose[1], goal.x - pose[0])
+    return [Goal(*pose[:2], direction + look) for look in LOOKS if pose]
 
 
 class GoTo:
@@ -69,6 +76,7 @@ class GoTo:
         """Send the robot to a Goal; its Outcome.
 
         Where the robot gets nowhere the goal waits for `patience` [s], and goes on by itself; with 0 move_base decides.
+        Meanwhile it looks around: what has gone bars the way until a scan sees through there.
         """
         refused = self.check(goal)
         if not refused:
@@ -101,6 +109,7 @@ class GoTo:
         start = since = time.monotonic()
         told = -math.inf
         place, given_up = None, ""  # in the circle around it the robot has been since then; why move_base gave up there
+        ahead = []  # goals behind that which was sent last
         try:
             while True:
                 ended, now, pose = wait_for(self._has_ended, 0.1), time.monotonic(), self._pose
@@ -110,13 +119,17 @@ class GoTo:
                 if ended:
                     time.sleep(max(0.0, self._sent + AGAIN - now))
                 found = self._end(goal, now - start) if ended else self._by_others()
-                if found and (found.status != Status.GAVE_UP or self._held or waited > patience):
+                gave_up = found and found.status == Status.GAVE_UP and not self._held and waited <= patience
+                if found and not gave_up and not (ahead and found.status in (Status.DONE, Status.NEAR)):
                     return found
-                if found:  # what made move_base give up may pass: a door, a cable, a sensor
-                    given_up = found.words
+                if gave_up and ahead:
+                    ahead = [goal]  # it cannot even turn
+                elif gave_up:  # what made move_base give up may pass: a door, a cable, a sensor
+                    given_up, ahead = found.words, [*looks(pose, goal), goal]
+                if found:
                     with self._lock:
                         if not self._left:
-                            self.send(goal)
+                            self.send(ahead.pop(0))
                 if waited > patience > 0.0:
                     return Outcome(Status.GAVE_UP, f"got nowhere for {waited:.0f} s: does something stand in the way, "
                                    f"or on the goal? {self.cancel()}{self._cause('; ')}")

@@ -122,14 +122,10 @@ class GoTo:
                 gave_up = found and found.status == Status.GAVE_UP and not self._held and waited <= patience
                 if found and not gave_up and not (ahead and found.status in (Status.DONE, Status.NEAR)):
                     return found
-                if gave_up and ahead:
-                    ahead = [goal]  # it cannot even turn
-                elif gave_up:  # what made move_base give up may pass: a door, a cable, a sensor
-                    given_up, ahead = found.words, [*looks(pose, goal), goal]
+                if gave_up:  # what made move_base give up may pass: a door, a cable, a sensor
+                    given_up, ahead = found.words, [*([] if ahead else looks(pose, goal)), goal]
                 if found:
-                    with self._lock:
-                        if not self._left:
-                            self.send(ahead.pop(0))
+                    self._send_first(ahead)
                 if waited > patience > 0.0:
                     return Outcome(Status.GAVE_UP, f"got nowhere for {waited:.0f} s: does something stand in the way, "
                                    f"or on the goal? {self.cancel()}{self._cause('; ')}")
@@ -145,6 +141,12 @@ class GoTo:
         except BaseException:  # nobody reads what `show` prints, for instance
             self._take_back()
             raise
+
+    def _send_first(self, goals):
+        """Send the first one of the list, and take it out, unless somebody has left."""
+        with self._lock:
+            if not self._left:
+                self.send(goals.pop(0))
 
     def _cause(self, before=""):
         """The worst that the robot's nodes say of themselves, behind words; empty when all is well."""

@@ -1,4 +1,4 @@
-"""place_search: a robot that has looked all around is found, and a place that looks like another one is told."""
+"""A robot that has looked all around is found, and a place that looks like another one is told."""
 
 import math
 import random
@@ -8,7 +8,7 @@ import pytest
 
 from robotont_driver.kinematics.se2 import between, compose
 from robotont_map_navigation.floor_map import FloorMap
-from robotont_map_navigation.place_search import APART, search
+from robotont_map_navigation.scan_fit import APART, search
 
 SIZE = 5.0, 4.0  # [m] of the room, inside its walls of a cell each
 CELL = 0.05

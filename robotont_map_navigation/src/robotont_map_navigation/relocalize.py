@@ -12,8 +12,8 @@ from std_msgs.msg import Header, String
 
 from robotont_driver.kinematics.se2 import between, compose
 from robotont_map_navigation.goal import Goal, Outcome, Status
-from robotont_map_navigation.place_search import near, search
 from robotont_map_navigation.readings import Frames, Newest, floor_map_of, message_of, needed_radius, place_of, rays_of
+from robotont_map_navigation.scan_fit import same_place, search
 from robotont_map_navigation.tool import wait_for
 
 SPEED = 0.6      # [rad/s] of the turn
@@ -59,7 +59,7 @@ class Relocalize:
             return Outcome(Status.LOST,
                            f"no place of the map explains {LEAST:.0%} of what is seen, or no wall is seen: {ASK}")
         first, *others = found
-        stays = believed and near(first.pose, believed)
+        stays = believed and same_place(first.pose, believed)
         if others and not stays and first.share - others[0].share < CLEARER:
             return Outcome(Status.LOST, f"{Goal(*first.pose)} and {Goal(*others[0].pose)} look alike from here: {ASK}")
         told = PoseWithCovariance(message_of(first.pose), (DEVIATION ** 2 * np.eye(6)).ravel().tolist())

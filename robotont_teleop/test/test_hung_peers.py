@@ -6,6 +6,7 @@ import os
 import subprocess
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 import rospy
@@ -88,8 +89,8 @@ class Robot:
         self.client.__exit__()
         os.close(self._reader)  # whoever waits for room in it goes on
         os.close(self.pipe)
-        for process in (self.server, self.listener, self.rosout, self.launch):
-            self.processes.stop(process)
+        with ThreadPoolExecutor() as ends:  # each takes a second
+            list(ends.map(self.processes.stop, (self.server, self.listener, self.rosout, self.launch)))
         self.board.close()
 
     def press(self, by):

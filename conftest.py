@@ -30,7 +30,7 @@ LONG = ("navigation_monitor", "test_web_teleop_node", "status", "goto", "simulat
         "test_web_page_looks", "test_nothing_is_left_running", "test_web_page", "test_robotont_script", "test_boot",
         "test_exercise", "test_navigation_launch", "test_fleet_access", "test_firmware_suites", "test_two_launches",
         "test_hands_through_the_mux", "test_gyro", "test_sim_driving", "test_firmware_bounds", "test_sim_faults",
-        "test_presses", "test_press_histories", "test_old_commands", "test_fleet", "timed_keyboard_teleop",
+        "test_presses", "test_press_histories", "test_old_commands", "test_fleet", "test_keyboard_terminal",
         "test_network", "test_cmd_vel_mux_restarts", "timed_odom_node")
 
 

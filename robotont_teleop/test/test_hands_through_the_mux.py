@@ -6,7 +6,7 @@ import os
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
-from rostest_keyboard_teleop import Terminal
+from terminal import Terminal
 from web_client import Client
 
 from robotont_driver.rospy_repairs.rospy_internals import connection_header

@@ -12,9 +12,9 @@ import pytest
 import rospy
 from geometry_msgs.msg import Twist
 from roslib.packages import find_node
-from rostest_keyboard_teleop import Terminal
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
+from terminal import Terminal
 from web_client import Client
 
 from robotont_driver.ros.worker import Worker

@@ -10,9 +10,7 @@ import pytest
 from robotont_driver.command.limits import Limits, limit_acceleration
 from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_map_navigation.held import FELT as FELT_AT
-from robotont_map_navigation.held import FRONT
-from robotont_map_navigation.hold_watch import FELT, FREE, LAG, STAND, TRIES, HoldWatch
+from robotont_map_navigation.held import FELT, FELT_AT, FREE, FRONT, LAG, STAND, TRIES, HoldWatch
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing import places

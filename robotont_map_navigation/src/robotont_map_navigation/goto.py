@@ -60,5 +60,4 @@ def main():
     """Run goto, and exit with its status."""
     for end in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(end, signal.default_int_handler)
-    options = parse_arguments(rospy.myargv()[1:])
-    run_tool("goto", lambda: _run(options))
+    run_tool("goto", functools.partial(_run, parse_arguments(rospy.myargv()[1:])))

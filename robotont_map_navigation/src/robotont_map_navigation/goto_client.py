@@ -58,10 +58,9 @@ class GoTo:
         self._reports = {}     # name of a diagnostics' task: (time [s], level, words)
         # not SimpleActionClient: it passes over the end of a goal that ends before its handle has been returned
         self._client = actionlib.ActionClient("move_base", MoveBaseAction)
-        for topic, kind, callback in (("navigation/held", String, self._on_held),
-                                      ("/diagnostics", DiagnosticArray, self._on_diagnostics),
-                                      ("emergency_stop/pressed_by", String, self._on_pressed_by)):
-            rospy.Subscriber(topic, kind, callback, queue_size=10)
+        rospy.Subscriber("navigation/held", String, self._on_held, queue_size=10)
+        rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics, queue_size=10)
+        rospy.Subscriber("emergency_stop/pressed_by", String, self._on_pressed_by, queue_size=10)
 
     @property
     def answers(self):
@@ -124,8 +123,9 @@ class GoTo:
                     return found
                 if gave_up:  # what made move_base give up may pass: a door, a cable, a sensor
                     given_up, ahead = found.words, [*([] if ahead else looks(pose, goal)), goal]
-                if found:
-                    self._send_first(ahead)
+                with self._lock:
+                    if found and not self._left:
+                        self.send(ahead.pop(0))
                 if waited > patience > 0.0:
                     return Outcome(Status.GAVE_UP, f"got nowhere for {waited:.0f} s: does something stand in the way, "
                                    f"or on the goal? {self.cancel()}{self._cause('; ')}")
@@ -142,17 +142,10 @@ class GoTo:
             self._take_back()
             raise
 
-    def _send_first(self, goals):
-        """Send the first one of the list, and take it out, unless somebody has left."""
-        with self._lock:
-            if not self._left:
-                self.send(goals.pop(0))
-
     def _cause(self, before=""):
         """The worst that the robot's nodes say of themselves, behind words; empty when all is well."""
-        oldest = time.monotonic() - NEWS
         ills = [report for report in tuple(self._reports.values())
-                if report[0] > oldest and report[1] != DiagnosticStatus.OK]
+                if time.monotonic() - report[0] < NEWS and report[1] != DiagnosticStatus.OK]
         return before + max(ills, key=lambda ill: ill[1])[2] if ills else ""
 
     def _has_ended(self):

@@ -3,7 +3,9 @@
 import math
 import threading
 import time
+from collections import deque
 
+import numpy as np
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, Twist
@@ -14,17 +16,74 @@ from std_msgs.msg import Float32, Header, String
 
 from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
 from robotont_driver.ros.worker import Worker
-from robotont_map_navigation.hold_watch import STAND, HoldWatch
 from robotont_map_navigation.readings import Newest, needed_radius
 
+LAG = 0.08      # [s] from a command until the wheels of every robot folder, also with 8 kg, move at MOVES of it
+FELT = 0.14     # [s] without the motion that is commanded, after which something may hold the robot: it stands ...
+STAND = 0.5     # [s] ... for so long, and tries again; a stalled computer looks the same, once
+TRIES = 3       # such stands without FREE between them, and something holds the robot
+FREE = 0.05     # [m] of the outermost wheel, driven as commanded, after which the stands before do not count
+LEAST = 0.04    # [m/s] of the outermost wheel; slower commands prove nothing
+MOVES = 1 / 3   # of the commanded motion at least
+SILENCE = 0.5   # [s] without a measured twist or a command, and nothing is known
+MOST_COMMANDS = 1000  # that are kept where no twist comes
 NOTHING = 0.0, 0.0, 0.0
 # [m] from the edge that plans keep free to what is felt, and its height: the local costmap takes the lower one, that no
 # motion may touch, the global one the higher one, so that plans begin outside of it
-FELT = (0.0, 0.05), (0.06, 0.15)
+FELT_AT = (0.0, 0.05), (0.06, 0.15)
 # [rad] from the direction of travel, where it may be: so little that a camera at the front sees past it, or no scan
 # would ever clear it
 FRONT = -0.1, 0.0, 0.1
 PERIOD = 1.0  # [s] between two clouds: a costmap counts the age of what is felt up to the newest one, and forgets then
+
+
+class HoldWatch:
+    """Compares what is commanded with what the wheels measure; without ROS.
+
+    radius: [m] from the middle to the wheels. Twists are (v_x [m/s], v_y [m/s], omega [rad/s]). Times [s]: `now`, of
+    this computer; `stamp`, when a twist was measured, on the same clock.
+    """
+
+    def __init__(self, radius):
+        self._weights = 1.0, 1.0, radius  # [1, 1, m]: a turn counts by the speed of the wheels
+        self._commands = deque([(-math.inf, np.zeros(3))], MOST_COMMANDS)  # (time, speeds [m/s]), the newest last
+        self._measured = -math.inf, -math.inf  # (stamp, time of arrival) of the newest twist
+        self._since = None                  # as above, since when the robot does not move as commanded
+        self._stands_until = -math.inf
+        self._tries, self._way = 0, 0.0     # stands, and [m] driven as commanded since
+
+    def command(self, twist, now):
+        """What goes out to the wheels for navigation; (0, 0, 0) where something else drives."""
+        self._commands.append((now, np.multiply(twist, self._weights)))
+
+    def measure(self, twist, stamp, now):
+        """(whether to stand for STAND, why the motion ends or "") by a twist, the mean since the stamp before."""
+        before, self._measured = self._measured, (stamp, now)
+        step = stamp - before[0]
+        known = 0.0 < step < SILENCE and now - before[1] < SILENCE
+        if not known or now - self._commands[-1][0] > SILENCE or now < self._stands_until:
+            self._since = None
+            return False, ""
+        newest = self._commands[-1][1]
+        while len(self._commands) > 1 and self._commands[1][0] <= before[0] - LAG:
+            self._commands.popleft()  # the first one left is that which counted then
+        length = math.hypot(*newest) or 1.0  # [m/s]; a command of nothing asks for nothing
+        asked = min(np.dot(speeds, newest) for _, speeds in self._commands) / length
+        moved = np.dot(np.multiply(twist, self._weights), newest) / length
+        if asked < LEAST or moved >= MOVES * asked:
+            self._since = None
+            self._way += max(0.0, moved) * step
+            if self._way > FREE:
+                self._tries = 0
+            return False, ""
+        self._since = self._since or (before[0], now)  # the stamp's whole step was without motion; its news is new
+        if min(stamp - self._since[0], now - self._since[1]) < FELT:
+            return False, ""
+        self._since, self._stands_until = None, now + STAND
+        self._tries, self._way = self._tries % TRIES + 1, 0.0
+        words = (f"something holds the robot: {TRIES} times it was to move at {length:.2f} m/s, and its wheels moved "
+                 f"it at {moved:.2f} m/s; look before it and at its wheels")
+        return True, (words if self._tries == TRIES else "")
 
 
 class Held:
@@ -47,9 +106,9 @@ class Held:
         self._told = rospy.Publisher("navigation/held", String, queue_size=1, latch=True)
         self._told.publish("")
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
-        for topic, kind, callback in (("cmd_vel/limited", Twist, self._on_command), ("odom", Odometry, self._on_odom),
-                                      ("move_base/current_goal", PoseStamped, lambda _: self._tell(""))):  # tries anew
-            rospy.Subscriber(topic, kind, callback, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("cmd_vel/limited", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("odom", Odometry, self._on_odom, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("move_base/current_goal", PoseStamped, lambda _: self._tell(""), queue_size=1)  # tries anew
         Worker(self._tell_costmaps)
         Health(robot_name(), {"motion": self._report})
 
@@ -76,7 +135,7 @@ class Held:
         """Something is in the way of a twist, of a turn on the spot nobody knows where; returns the time to rest."""
         bearing, edge = math.atan2(ahead[1], ahead[0]), self._edge
         points = [((edge + off) * math.cos(bearing + side), (edge + off) * math.sin(bearing + side), height)
-                  for off, height in FELT for side in FRONT if any(ahead[:2])]
+                  for off, height in FELT_AT for side in FRONT if any(ahead[:2])]
         self._felt.publish(point_cloud2.create_cloud_xyz32(Header(0, rospy.Time.now(), self._frame), points))
         return PERIOD
 

@@ -60,8 +60,7 @@ class LocalizationCheck:
         self._fits = deque(maxlen=LOOKS)
         self._poses = None       # (x, y, yaw) on the map, of the robot and of the odometry's frame, at the newest scan
         self._misfit_way = 0.0   # [m] driven with scans that did not fit, less that with those that did
-        self._moved = 0j         # [m] x + iy, by which the localization has moved the robot's place ...
-        self._way = 0.0          # [m] ... in so much driving
+        self._moved, self._way = 0j, 0.0  # [m] x + iy: the localization has moved the robot's place, in so much driving
 
     def _on_command(self, message):
         if self._wrong and message != Twist():

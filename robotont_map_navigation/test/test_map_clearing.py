@@ -3,7 +3,7 @@ import pytest
 from scipy import ndimage
 
 from robotont_map_navigation.floor_map import FloorMap
-from robotont_map_navigation.map_clearing import REMEMBERED, MapClearing
+from robotont_map_navigation.map_clearing import REMEMBERED, WHOLE, MapClearing
 
 CELL = 0.05     # [m]
 RADIUS = 0.24   # [m]
@@ -86,14 +86,25 @@ def test_a_costmap_that_takes_every_update_has_the_map_but_for_the_place_of_now(
 def test_an_update_covers_what_was_changed_of_late():
     """A costmap draws the newest update only, when more than one came between two of its cycles."""
     own = clearing()
+    own.move(beside(0.15, 1.0), -0.1)
     own.move(beside(0.15, 0.5), 0.0)
     own.move(beside(0.15, 2.0), 1.0)
-    update = own.move(beside(1.0), REMEMBERED - 0.1)
+    update = own.move(beside(1.0), WHOLE - 0.2)
     assert update.y <= 10
-    assert update.y + update.height >= 40
-    late = own.move(beside(1.0), REMEMBERED + 0.9)
-    assert late.y > 20
-    assert own.move(beside(1.0), REMEMBERED + 1.1) is None
+    assert 40 <= update.y + update.height < 80
+
+
+def test_the_whole_map_comes_again_and_again_and_last():
+    """A costmap that is cleared (clear_costmaps) draws of the map what the newest update had, and plans through walls."""
+    own = clearing()
+    times = np.arange(0.0, 30.0, 0.1)
+    sent = {now: own.move(beside(0.15 if now < 20.0 else 1.0), now) for now in times}
+    whole = [now for now, update in sent.items() if update and (update.height, update.width) == CELLS.shape]
+    assert whole[0] == 0.0
+    assert np.diff(whole).max() < WHOLE + 0.3
+    told = [now for now, update in sent.items() if update]
+    assert whole[-1] == told[-1]
+    assert abs(told[-1] - 20.0 - REMEMBERED) < 0.3, "then nothing"
 
 
 @pytest.mark.parametrize("place", [(-0.99, -1.99), (2.99, 1.99), (3.1, 2.1), (50.0, 50.0), (-50.0, 0.0)])

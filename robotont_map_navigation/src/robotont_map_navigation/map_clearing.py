@@ -5,6 +5,7 @@ obstacle. So within the radius that the robot needs nothing is an obstacle. Wher
 beyond, which the robot cannot see past the wall, become the wall: it bulges, but never has a hole for a plan to take.
 """
 
+import math
 import time
 from collections import deque
 
@@ -21,6 +22,7 @@ SETTLING = 2.0  # [s] without updates after a map of another size: costmaps must
 FREE, WALL = 0, 100  # [%] as of nav_msgs/OccupancyGrid
 RING = 1.5           # cells: width of the bulge, so that it is closed on diagonals too
 REMEMBERED = 5.0     # [s] that a costmap may take to draw a change; until then the next one has its place too
+WHOLE = 5.0  # [s] between updates of the whole map: after clear_costmaps a costmap draws no more than the newest one
 
 
 class FootprintClearing:
@@ -58,19 +60,24 @@ class MapClearing:
         """radius: [m] around the robot that is to be free."""
         self.floor_map, self._radius, self._reach = floor_map, radius, radius + RING * floor_map.resolution
         self._places = deque()  # (time [s], row, column) at walls
+        self._whole, self._whole_at = True, -math.inf  # whether the newest one was of the whole map; [s] of the last
 
     def move(self, place, now):
-        """The OccupancyGridUpdate for a robot at (x, y) [m] at the time `now` [s]; None far from walls."""
+        """The OccupancyGridUpdate for a robot at (x, y) [m] at the time `now` [s]; None where nothing has changed."""
         at_wall = self.floor_map.are_near_walls(place, self._reach)
         if at_wall:
             self._places.append((now, *self.floor_map.indices(*place)))
         while self._places and now - self._places[0][0] > REMEMBERED:
             self._places.popleft()
-        if not self._places:
+        if not self._places and self._whole:
             return None
-        around, reach = np.array(self._places)[:, 1:], self._reach / self.floor_map.resolution
-        top, left = np.maximum(np.floor(around.min(axis=0) - reach), 0).astype(int)
-        bottom, right = np.ceil(around.max(axis=0) + reach).astype(int)
+        self._whole = not self._places or now - self._whole_at > WHOLE
+        if self._whole:
+            self._whole_at, top, left, (bottom, right) = now, 0, 0, self.floor_map.cells.shape
+        else:
+            around, reach = np.array(self._places)[:, 1:], self._reach / self.floor_map.resolution
+            top, left = np.maximum(np.floor(around.min(axis=0) - reach), 0).astype(int)
+            bottom, right = np.ceil(around.max(axis=0) + reach).astype(int)
         cells = self.floor_map.cells[top:bottom, left:right].copy()
         height, width = cells.shape
         if at_wall:

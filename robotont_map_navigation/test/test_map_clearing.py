@@ -95,7 +95,7 @@ def test_an_update_covers_what_was_changed_of_late():
 
 
 def test_the_whole_map_comes_again_and_again_and_last():
-    """A costmap that is cleared (clear_costmaps) draws of the map what the newest update had, and plans through walls."""
+    """A costmap that is cleared draws of the map what the newest update had, and plans lead through walls."""
     own = clearing()
     times = np.arange(0.0, 30.0, 0.1)
     sent = {now: own.move(beside(0.15 if now < 20.0 else 1.0), now) for now in times}

@@ -25,7 +25,8 @@ PARAMETERS = (
     Parameter("packets", AUTO, "protocol of the board: plain (the thesis'), checked (with CRC), robotont2 or robotont3 "
               "(official firmware, another board is refused), or auto: recognised from its output",
               choices=NAMES),
-    Parameter("write_timeout", 0.5, "a stop, where it may still drive, after each such time without a serial_write", "s", minimum=0.2,
+    Parameter("write_timeout", 0.5, "a stop, where it may still drive, after each such time without a "
+              "serial_write", "s", minimum=0.2,
               maximum=2.0, reason="for so long the robot drives on when driver_node dies; two packets come in 0.2 s"),
     Parameter("range_frame_prefix", "range_sensor_", "frames of the range sensors, before their number",
               official="range/sensor_frame_prefix"),

@@ -55,6 +55,8 @@ class MoveBase(Bus):
             timer.join()
 
     def end(self, goal, status, before=()):
+        if status is None:
+            return
         for topic, message in before:
             if topic == "move_base/feedback":
                 message.status.goal_id = goal
@@ -166,21 +168,19 @@ def test_a_goal_that_waits_says_why_and_goes_on_by_itself(move_base):
     assert [each.status for each in outcomes] == [Status.DONE]
 
 
-@pytest.mark.parametrize("ends, looked", [  # of the goals behind the first, which move_base gives up
-    ([GoalStatus.SUCCEEDED] * 4, [2.1, 4.2, 0.0]), ([GoalStatus.ABORTED, GoalStatus.SUCCEEDED], [2.1])])
-def test_a_robot_that_has_no_way_looks_around_and_tries_again(move_base, ends, looked):
-    """What has gone bars the way until a scan sees through there. One that cannot turn looks no farther."""
+@pytest.mark.parametrize("ends", [[GoalStatus.SUCCEEDED] * 2, [GoalStatus.ABORTED, GoalStatus.SUCCEEDED], [None]])
+def test_a_robot_that_has_no_way_turns_to_its_goal_and_tries_again(move_base, monkeypatch, ends):
+    """What has gone bars the way until a scan sees through there. It may not come to that, or fall silent."""
+    monkeypatch.setattr(goto_client, "LOOK", 0.5)
     feedback = MoveBaseActionFeedback()
     feedback.feedback.base_position.pose = Pose(Point(1.0, -1.0, 0.0), Quaternion(0.0, 0.0, 0.0, 1.0))
+    move_base.status = GoalStatus.SUCCEEDED
     move_base.ends = iter([GoalStatus.ABORTED, *ends])
     move_base.before = [("move_base/feedback", feedback)]
     assert move_base.goto.go(GOAL).status == Status.NEAR  # move_base says reached, and the robot is 2 m away
-    sent = [pose_of(message.goal.target_pose.pose) for message in move_base.sent["move_base/goal"]]
-    assert sent[0] == sent[-1] == pytest.approx(GOAL)
-    for pose, look in zip(sent[1:-1], looked):
-        assert pose[:2] == (1.0, -1.0)
-        assert math.remainder(pose[2] - math.pi / 2 - look, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
-    assert len(sent) == len(looked) + 2
+    first, look, again = [pose_of(message.goal.target_pose.pose) for message in move_base.sent["move_base/goal"]]
+    assert first == again == pytest.approx(GOAL)
+    assert look == pytest.approx((1.0, -1.0, math.pi / 2))
 
 
 def test_a_goal_that_waits_is_not_sent_again_once_it_is_left(move_base):

@@ -27,15 +27,9 @@ PATIENCE = 60.0    # [s] for which a goal may wait where the robot gets nowhere
 NEWS = 3.0         # [s] for which a word of the diagnostics counts
 PERIOD = 1.0       # [s] between two lines of progress
 AGAIN = 0.5        # [s] at least between two goals that are the same
-LOOKS = 2.1, 4.2, 0.0  # [rad] from the goal's direction, where a robot looks that has no way: a camera's view is narrow
+LOOK = 4.0         # [s] for which a robot that has no way may turn to its goal: its camera has to see what has gone
 CANCELLING = 5.0   # [s] that move_base has to confirm a cancellation: it hears of none while it plans
 STOP = "the emergency stop, pressed by {}: release it, then send the goal again"
-
-
-def looks(pose, goal):
-    """Goals, at which a robot at `pose` (None: unknown) looks all around, and towards a Goal in the end."""
-    direction = pose and math.atan2(goal.y - pose[1], goal.x - pose[0])
-    return [Goal(*pose[:2], direction + look) for look in LOOKS if pose]
 
 
 class GoTo:
@@ -75,7 +69,7 @@ class GoTo:
         """Send the robot to a Goal; its Outcome.
 
         Where the robot gets nowhere the goal waits for `patience` [s], and goes on by itself; with 0 move_base decides.
-        Meanwhile it looks around: what has gone bars the way until a scan sees through there.
+        Meanwhile it looks towards the goal: what has gone bars the way until a scan sees through there.
         """
         refused = self.check(goal)
         if not refused:
@@ -108,7 +102,7 @@ class GoTo:
         start = since = time.monotonic()
         told = -math.inf
         place, given_up = None, ""  # in the circle around it the robot has been since then; why move_base gave up there
-        ahead = []  # goals behind that which was sent last
+        looks_until = math.inf  # [s] towards the goal, which then is sent again; inf: it is on its way
         try:
             while True:
                 ended, now, pose = wait_for(self._has_ended, 0.1), time.monotonic(), self._pose
@@ -119,13 +113,16 @@ class GoTo:
                     time.sleep(max(0.0, self._sent + AGAIN - now))
                 found = self._end(goal, now - start) if ended else self._by_others()
                 gave_up = found and found.status == Status.GAVE_UP and not self._held and waited <= patience
-                if found and not gave_up and not (ahead and found.status in (Status.DONE, Status.NEAR)):
+                looked = now > looks_until or (looks_until < math.inf and found and found.status in (
+                    Status.DONE, Status.NEAR, Status.GAVE_UP) and not self._held)
+                if found and not gave_up and not looked:
                     return found
-                if gave_up:  # what made move_base give up may pass: a door, a cable, a sensor
-                    given_up, ahead = found.words, [*([] if ahead else looks(pose, goal)), goal]
-                with self._lock:
-                    if found and not self._left:
-                        self.send(ahead.pop(0))
+                if gave_up and pose and not looked:  # what made move_base give up may pass: a door, a cable, a sensor
+                    given_up, looks_until = found.words, now + LOOK
+                    self._send_next(Goal(*pose[:2], math.atan2(goal.y - pose[1], goal.x - pose[0])))
+                elif gave_up or looked:
+                    given_up, looks_until = given_up or found.words, math.inf
+                    self._send_next(goal)
                 if waited > patience > 0.0:
                     return Outcome(Status.GAVE_UP, f"got nowhere for {waited:.0f} s: does something stand in the way, "
                                    f"or on the goal? {self.cancel()}{self._cause('; ')}")
@@ -141,6 +138,12 @@ class GoTo:
         except BaseException:  # nobody reads what `show` prints, for instance
             self._take_back()
             raise
+
+    def _send_next(self, goal):
+        """Send a Goal unless somebody has left."""
+        with self._lock:
+            if not self._left:
+                self.send(goal)
 
     def _cause(self, before=""):
         """The worst that the robot's nodes say of themselves, behind words; empty when all is well."""

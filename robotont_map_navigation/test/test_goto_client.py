@@ -1,17 +1,14 @@
 """Why a goal ends, beside others who stop or cancel goals and send some; without ROS."""
 
-import math
 import threading
 
 import pytest
 from actionlib_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import Point, Pose, Quaternion
-from move_base_msgs.msg import MoveBaseActionFeedback, MoveBaseActionResult
+from move_base_msgs.msg import MoveBaseActionResult
 from navigation_messages import Bus, grid, walled
 from std_msgs.msg import String
 
-from robotont_driver.kinematics.se2 import pose_of
 from robotont_map_navigation import goto_client
 from robotont_map_navigation.goal import Goal, Status
 from robotont_testing.harness import wait_for
@@ -29,7 +26,6 @@ class MoveBase(Bus):
         super().__init__(monkeypatch)
         self.shown, self.cancelled = [], []
         self.after, self.status = 0.0, GoalStatus.ABORTED  # [s] until the result
-        self.ends = iter(())  # statuses of the goals, instead of that one
         self.before = ()  # (topic, message) that come before it
         self.obeys = True  # a cancellation
         monkeypatch.setattr(goto_client, "LOOK_UP", 0.0)
@@ -47,20 +43,15 @@ class MoveBase(Bus):
             if self.obeys:
                 self.end(message, GoalStatus.PREEMPTED)
             return
-        status = next(self.ends, self.status)
-        timer = threading.Timer(self.after, self.end, (message.goal_id, status, self.before))
+        timer = threading.Timer(self.after, self.end, (message.goal_id, self.status, self.before))
         timer.daemon = True
         timer.start()
         if not self.after:
             timer.join()
 
     def end(self, goal, status, before=()):
-        if status is None:
-            return
-        for topic, message in before:
-            if topic == "move_base/feedback":
-                message.status.goal_id = goal
-            self.hear(topic, message)
+        for heard in before:
+            self.hear(*heard)
         self.hear("move_base/result", MoveBaseActionResult(status=GoalStatus(goal, status, "no way")))
 
 
@@ -166,21 +157,6 @@ def test_a_goal_that_waits_says_why_and_goes_on_by_itself(move_base):
     move_base.status = GoalStatus.SUCCEEDED
     going.join(4.0)
     assert [each.status for each in outcomes] == [Status.DONE]
-
-
-@pytest.mark.parametrize("ends", [[GoalStatus.SUCCEEDED] * 2, [GoalStatus.ABORTED, GoalStatus.SUCCEEDED], [None]])
-def test_a_robot_that_has_no_way_turns_to_its_goal_and_tries_again(move_base, monkeypatch, ends):
-    """What has gone bars the way until a scan sees through there. It may not come to that, or fall silent."""
-    monkeypatch.setattr(goto_client, "LOOK", 0.5)
-    feedback = MoveBaseActionFeedback()
-    feedback.feedback.base_position.pose = Pose(Point(1.0, -1.0, 0.0), Quaternion(0.0, 0.0, 0.0, 1.0))
-    move_base.status = GoalStatus.SUCCEEDED
-    move_base.ends = iter([GoalStatus.ABORTED, *ends])
-    move_base.before = [("move_base/feedback", feedback)]
-    assert move_base.goto.go(GOAL).status == Status.NEAR  # move_base says reached, and the robot is 2 m away
-    first, look, again = [pose_of(message.goal.target_pose.pose) for message in move_base.sent["move_base/goal"]]
-    assert first == again == pytest.approx(GOAL)
-    assert look == pytest.approx((1.0, -1.0, math.pi / 2))
 
 
 def test_a_goal_that_waits_is_not_sent_again_once_it_is_left(move_base):

@@ -15,7 +15,7 @@ from std_msgs.msg import Header, String
 
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_driver.rospy_repairs.rospy_internals import goal_id
-from robotont_map_navigation.goal import Goal, Outcome, Status, outcome, progress
+from robotont_map_navigation.goal import Outcome, Status, outcome, progress
 from robotont_map_navigation.readings import Newest, floor_map_of, message_of, needed_radius
 from robotont_map_navigation.tool import wait_for
 
@@ -27,7 +27,6 @@ PATIENCE = 60.0    # [s] for which a goal may wait where the robot gets nowhere
 NEWS = 3.0         # [s] for which a word of the diagnostics counts
 PERIOD = 1.0       # [s] between two lines of progress
 AGAIN = 0.5        # [s] at least between two goals that are the same
-LOOK = 4.0         # [s] for which a robot that has no way may turn to its goal: its camera has to see what has gone
 CANCELLING = 5.0   # [s] that move_base has to confirm a cancellation: it hears of none while it plans
 STOP = "the emergency stop, pressed by {}: release it, then send the goal again"
 
@@ -69,7 +68,6 @@ class GoTo:
         """Send the robot to a Goal; its Outcome.
 
         Where the robot gets nowhere the goal waits for `patience` [s], and goes on by itself; with 0 move_base decides.
-        Meanwhile it looks towards the goal: what has gone bars the way until a scan sees through there.
         """
         refused = self.check(goal)
         if not refused:
@@ -102,7 +100,6 @@ class GoTo:
         start = since = time.monotonic()
         told = -math.inf
         place, given_up = None, ""  # in the circle around it the robot has been since then; why move_base gave up there
-        looks_until = math.inf  # [s] towards the goal, which then is sent again; inf: it is on its way
         try:
             while True:
                 ended, now, pose = wait_for(self._has_ended, 0.1), time.monotonic(), self._pose
@@ -112,17 +109,12 @@ class GoTo:
                 if ended:
                     time.sleep(max(0.0, self._sent + AGAIN - now))
                 found = self._end(goal, now - start) if ended else self._by_others()
-                gave_up = found and found.status == Status.GAVE_UP and not self._held and waited <= patience
-                looked = now > looks_until or (looks_until < math.inf and found and found.status in (
-                    Status.DONE, Status.NEAR, Status.GAVE_UP) and not self._held)
-                if found and not gave_up and not looked:
+                if found and (found.status != Status.GAVE_UP or self._held or waited > patience):
                     return found
-                if gave_up and pose and not looked:  # what made move_base give up may pass: a door, a cable, a sensor
-                    given_up, looks_until = found.words, now + LOOK
-                    self._send_next(Goal(*pose[:2], math.atan2(goal.y - pose[1], goal.x - pose[0])))
-                elif gave_up or looked:
-                    given_up, looks_until = given_up or found.words, math.inf
-                    self._send_next(goal)
+                with self._lock:
+                    if found and not self._left:  # what made move_base give up may pass: a door, a cable, a sensor
+                        given_up = found.words
+                        self.send(goal)
                 if waited > patience > 0.0:
                     return Outcome(Status.GAVE_UP, f"got nowhere for {waited:.0f} s: does something stand in the way, "
                                    f"or on the goal? {self.cancel()}{self._cause('; ')}")
@@ -138,12 +130,6 @@ class GoTo:
         except BaseException:  # nobody reads what `show` prints, for instance
             self._take_back()
             raise
-
-    def _send_next(self, goal):
-        """Send a Goal unless somebody has left."""
-        with self._lock:
-            if not self._left:
-                self.send(goal)
 
     def _cause(self, before=""):
         """The worst that the robot's nodes say of themselves, behind words; empty when all is well."""

@@ -4,8 +4,7 @@
                less than a quarter of the way that is wanted, and at least six edges of that are missing
     WRONG_WAY  driven one way, and counting the other way, for 450 ms: longer than a push
     TOO_MANY   more counts than the motor can make, for three periods
-    NOISE      counts to and fro, nine turns within a second or two, while it should stand; so an encoder that counts
-               many times too much, by which a brake would swing its wheel
+    NOISE      counts to and fro, nine turns within a second or two, while it stands without effort
 
 Speeds are fine units (robot_numbers), times periods. All of the first two is in the direction of the drive.
 `numbers` is a wheel's array, whose first places are theirs.
@@ -91,7 +90,7 @@ def speed_fault(numbers, speed: int, periods: int) -> int:
 
 @micropython.viper
 def rest_fault(numbers, speed: int, periods: int) -> int:
-    """Judge a period in which the wheel should stand."""
+    """Judge a period in which the wheel stood without effort."""
     n = ptr32(numbers)
     before = n[_BEFORE] << int(SIGN) >> int(SIGN)
     n[_BEFORE] = speed

@@ -11,48 +11,68 @@ from robotont_firmware.compat import SIGN, const, micropython, ptr32
 from robotont_firmware.fault_watch import NO_FAULT, STILL, TIMES, drive_fault, rest_fault, speed_fault
 from robotont_firmware.robot_numbers import FULL_EFFORT, in_periods
 
+_SOFTEST = const(7)
 _PATIENCE = const(5)  # [periods] without an edge, after which a wheel gets more
 
 _FOLLOWS = const(0)  # places in the array: those of fault_watch,
 INTEGRAL = const(13)  # of its past: sum of errors [fine units]
 REFERENCE = const(14)  # the speed that the wheel should have at the end of the period
 MEAN = const(15)  # and on the mean over it, which its edges are
-_EFFORT = const(16)
-_EXCESS = const(17)  # that it asked for above seven eighths of MAX_LOAD, or that its limits took away
-_DIRECTION = const(18)  # in which it was driven last
-_HELD = const(19)  # whether it came to rest, and is kept there
-_IDLE = const(20)  # [periods] without an edge
-_AWAY = const(21)  # [fine units] by which it was moved while it should stand
-_PROVED = const(22)  # whether it was seen to follow its effort
-HEAT = const(23)  # and what `reset` keeps of it: torque above the continuous one, squared and summed;
-_STATIC = const(24)  # and of the configuration
-_LOAD = const(25)
-_GAIN = const(26)
-_FORWARD = const(27)  # what a speed more takes; 0 with drivers that coast
-_P = const(28)
-_I = const(29)
-_FOLLOW = const(30)
-_LEAD = const(31)
-_TURN_LEAD = const(32)
-_MAX_EFFORT = const(33)
-_MAX_TORQUE = const(34)
-_CONTINUOUS = const(35)
-_MAX_HEAT = const(36)
-_MAX_INTEGRAL = const(37)
-_STIFFNESS = const(38)
-_MOST_AWAY = const(39)
-_SHIFT = const(40)
-_FREE = const(41)
-_CREEPS = const(42)
+_SPEED = const(16)
+_EFFORT = const(17)
+_EXCESS = const(18)  # that it asked for above seven eighths of MAX_LOAD, or that its limits took away
+_DIRECTION = const(19)  # in which it was driven last
+_HELD = const(20)  # whether it came to rest, and is kept there
+_IDLE = const(21)  # [periods] without an edge
+_AWAY = const(22)  # [fine units] by which it was moved while it should stand
+_PROVED = const(23)  # whether it was seen to follow its effort
+HEAT = const(24)  # and what `reset` keeps of it: torque above the continuous one, squared and summed;
+_TURNED_ROUND = const(25)  # [periods] for which it is remembered that the wheel was
+_SOFTNESS = const(26)  # halvings of what counts ask for: an encoder that counts too much makes it swing
+_STATIC = const(27)  # and of the configuration
+_LOAD = const(28)
+_GAIN = const(29)
+_FORWARD = const(30)  # what a speed more takes; 0 with drivers that coast
+_P = const(31)
+_I = const(32)
+_FOLLOW = const(33)
+_LEAD = const(34)
+_TURN_LEAD = const(35)
+_MAX_EFFORT = const(36)
+_MAX_TORQUE = const(37)
+_CONTINUOUS = const(38)
+_MAX_HEAT = const(39)
+_MAX_INTEGRAL = const(40)
+_STIFFNESS = const(41)
+_MOST_AWAY = const(42)
+_SHIFT = const(43)
+_FREE = const(44)
+_CREEPS = const(45)
+_SECOND = const(46)
 
 
 @micropython.viper
 def measure(numbers, counts: int, periods: int) -> int:
-    """Return the speed."""
-    n = ptr32(numbers)
+    """Return the speed.
+
+    Halve what counts ask for, twice and for a second each, where the wheel is turned round at once, against its aim.
+    """
+    n, sign = ptr32(numbers), int(SIGN)
     most = (2 * n[_FREE] >> n[_SHIFT]) * periods  # more are no speed
     counts = most if counts > most else 0 - most if counts < 0 - most else counts
-    return (counts << n[_SHIFT]) // periods
+    speed = (counts << n[_SHIFT]) // periods
+    before, mean = n[_SPEED] << sign >> sign, n[MEAN] << sign >> sign
+    least = n[_FOLLOWS] if mean else n[_FOLLOWS] * 3 >> 2
+    n[_SPEED] = speed
+    left, second = n[_TURNED_ROUND] << sign >> sign, n[_SECOND]
+    if (before > least and speed < 0 - least and mean >= 0) or (
+            before < 0 - least and speed > least and mean <= 0):
+        left = left + 2 * second if left < second * (_SOFTEST - 2) else second * _SOFTEST
+    elif left > 0:
+        left -= periods
+    n[_TURNED_ROUND] = left
+    n[_SOFTNESS] = (left + second - 1) // second if left > 0 else 0
+    return speed
 
 
 @micropython.viper
@@ -85,7 +105,7 @@ def against(numbers, speed: int, ahead: int, periods: int, brake: int) -> int:
     least = 0 if periods else fast if fast < edge else edge  # one edge of a wheel that is held may be a tremor
     clear = least if clear < least else most if clear > most else clear
     clear = clear if speed > 0 else 0 - clear
-    effort = 0 - (brake * clear >> 16) - (n[_STIFFNESS] * int(far_away(away, edge)) >> 16)
+    effort = 0 - (brake * clear >> 16) - (n[_STIFFNESS] * int(far_away(away, edge)) >> 16) >> n[_SOFTNESS]
     along = (effort > 0 and speed > 0) or (effort < 0 and speed < 0)
     if clear != 0 and along:
         away -= away >> 2  # it goes back: less is enough
@@ -120,9 +140,9 @@ def follow_up(numbers, setpoint: int, speed: int, error: int, bend: int, periods
         summed = least if error < least else error
     elif idle > _PATIENCE and before < 0 - slow:
         summed = 0 - least if error > 0 - least else error
-    load = n[_LOAD]
+    soft, load = n[_SOFTNESS], n[_LOAD]
     integral = n[INTEGRAL] << sign >> sign
-    wanted = (n[_P] * (error >> 1) >> 15) + (n[_I] * integral >> 16)
+    wanted = (n[_P] * (error >> 1) >> 15 + soft) + (n[_I] * integral >> 16)
     most, least = load + (fed if fed > 0 else 0), (fed if fed < 0 else 0) - load
     effort = fed + wanted
     effort = most if effort > most else least if effort < least else effort
@@ -131,7 +151,7 @@ def follow_up(numbers, setpoint: int, speed: int, error: int, bend: int, periods
     n[_EXCESS] = cut if cut != 0 else wanted - most if wanted > most else wanted + most if wanted < 0 - most else 0
     if not ((summed > 0 and cut > 0) or (summed < 0 and cut < 0)):
         most = n[_MAX_INTEGRAL]
-        integral += summed * periods
+        integral += (summed >> soft) * periods
         n[INTEGRAL] = most if integral > most else 0 - most if integral < 0 - most else integral
     return effort
 
@@ -186,11 +206,11 @@ class Pid:
 
     def __init__(self, config, numbers):
         n = numbers
-        blind, wrong, forget = in_periods(config, *TIMES)
+        blind, wrong, forget, second = in_periods(config, *TIMES, 1000)
         self.n = array("i", [n.follows, blind, wrong, n.reach, 1 << n.shift, forget] + [0] * (_STATIC - STILL) + [
             n.static, n.load, n.gain, 0 if n.coasts else n.gain, n.p, n.i, n.follow, n.lead, n.turn_lead,
             config.MAX_EFFORT, n.max_torque, n.continuous, n.max_heat, (n.load << 16) // n.i, n.stiffness,
-            (n.max_torque << 16) // n.stiffness, n.shift, n.free, n.creeps])  # fmt: skip
+            (n.max_torque << 16) // n.stiffness, n.shift, n.free, n.creeps, second])  # fmt: skip
         self.reset(0)
 
     @micropython.viper
@@ -217,7 +237,8 @@ class Pid:
         speed = int(measure(numbers, counts, periods))
         n[INTEGRAL] = n[REFERENCE] = n[MEAN] = n[_EXCESS] = 0
         fault = int(speed_fault(numbers, speed, periods))
-        if fault == 0 and holds:
+        before = n[_EFFORT] << sign >> sign
+        if fault == 0 and holds and before >= -1 and before <= 1:
             fault = int(rest_fault(numbers, speed, periods))
         self.fault = fault
         ahead = speed * (n[_DIRECTION] << sign >> sign)

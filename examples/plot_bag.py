@@ -20,6 +20,8 @@ for bag in bags:
     except (OSError, rosbag.ROSBagException) as error:  # Unindexed: the recording did not end well; rosbag reindex
         parser.error(f"{bag}: {error}")
     way = [message.pose.pose.position for _, message, _ in messages]
+    if not way:
+        parser.error(f"{bag}: no odom in it; record it by rosbag record -O way.bag odom")
     plt.plot([place.x for place in way], [place.y for place in way], label=bag.stem)
     print(f"{len(way)} poses: {picture}")
 plt.axis("equal")

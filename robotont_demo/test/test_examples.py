@@ -48,7 +48,9 @@ def test_plot_bag_makes_a_picture_of_a_bag(tmp_path):
 
 def test_plot_bag_tells_what_is_no_whole_bag_without_a_traceback(tmp_path):
     (tmp_path / "cut.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(100))
-    for name in ("cut.bag", "none.bag"):
+    with Bag(str(tmp_path / "other.bag"), "w") as bag:
+        bag.write("ground_truth/odom", Odometry())
+    for name in ("cut.bag", "none.bag", "other.bag"):
         result = plot_bag(tmp_path / name)
         assert result.returncode == 2
         assert "Traceback" not in result.stderr

@@ -53,7 +53,7 @@ def test_nothing_depends_on_what_python_omits_when_it_optimises():
 
 @pytest.mark.parametrize("program", [file for file in PROGRAMS if file.name in NODES], ids=lambda file: file.name)
 def test_every_number_of_a_node_has_bounds(program):
-    module, = re.findall(r"^from (\S+) import (?:main|\w+Node)$", program.read_text(), re.MULTILINE)
+    module, = re.findall(r"^from (\S+) import (?:main|\w+Node|PARAMETERS, \w+)$", program.read_text(), re.MULTILINE)
     for parameter in importlib.import_module(module).PARAMETERS:
         if parameter.is_numeric:
             assert None not in (parameter.minimum, parameter.maximum), parameter.name

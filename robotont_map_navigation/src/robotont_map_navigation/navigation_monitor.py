@@ -13,6 +13,8 @@ from robotont_map_navigation.localization_check import LocalizationCheck
 from robotont_map_navigation.map_clearing import FootprintClearing
 from robotont_map_navigation.readings import Frames, floor_map_of
 
+PARAMETERS = ()
+
 
 class NavigationMonitor:
     """The five in one process, for which /tf, 100 messages per second, and the map are read once."""

@@ -16,17 +16,18 @@ CONNECTED = 2.0    # [s] from a press of one that is connected
     (0.01, 0.0), (0.5, 0.0), (1.0, 0.0), (0.01, 0.3), (0.25, 0.3)))])
 def test_a_press_from_behind_a_slow_network_is_heard(presses, delay, loss):
     presses.link(delay, loss)
-    presses.start_button("first", words="true 5")
-    wait_for(lambda: presses.when("first", "registered"), "the master's word", timeout=120.0)
-    heard = presses.wait_for_press("first", timeout=90.0)
+    first, second = (f"{which}_{1000 * delay:.0f}_{100 * loss:.0f}" for which in ("first", "second"))
+    presses.start_button(first, words="true 5")
+    wait_for(lambda: presses.when(first, "registered"), "the master's word", timeout=120.0)
+    heard = presses.wait_for_press(first, timeout=90.0)
     print(f"heard {heard - presses.when('first', 'registered'):.1f} s behind its registration")
-    presses.start_button("second")
-    presses.wait_for_connection("second")
-    presses.order("second", "true")
-    after = presses.wait_for_press("second") - presses.when("second", "true")
+    presses.start_button(second)
+    presses.wait_for_connection(second)
+    presses.order(second, "true")
+    after = presses.wait_for_press(second) - presses.when(second, "true")
     print(f"heard {after:.2f} s behind the press")
     if not loss or delay < 0.1:  # else TCP alone may take longer: it waits for a round trip before it sends again
-        assert heard - presses.when("first", "registered") <= REGISTERED
+        assert heard - presses.when(first, "registered") <= REGISTERED
         assert after <= CONNECTED
 
 

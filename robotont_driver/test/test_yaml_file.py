@@ -4,7 +4,7 @@ import time
 import pytest
 import rosparam
 
-from robotont_driver.parameters.files import read_mapping
+from robotont_driver.parameters.yaml_file import read_mapping
 
 
 @pytest.mark.parametrize("text", ["deg(45)", "rad(pi/4)", "!degrees 45", "!radians pi/4", "rad(-2*pi)", "deg(-1.5e1)",

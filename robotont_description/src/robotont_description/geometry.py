@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import rospkg
 
-from robotont_driver.parameters.files import read_mapping
+from robotont_driver.parameters.yaml_file import read_mapping
 from robotont_driver.robots.robot_folder import read_robot
 
 

@@ -21,7 +21,8 @@ from PIL import Image
 
 from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.command_line import CommandLine
-from robotont_driver.parameters.files import read_file, read_mapping, write_file
+from robotont_driver.parameters.files import read_file, write_file
+from robotont_driver.parameters.yaml_file import read_mapping
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet_server import FleetServer
 from robotont_fleet.known_robots import Fleet

@@ -5,7 +5,6 @@ All of it becomes plain shapes, so that physics, laser, camera, map, RViz and ju
 
 import itertools
 import math
-import os
 from pathlib import Path
 from typing import NamedTuple, Tuple
 
@@ -13,8 +12,9 @@ import numpy as np
 from scipy import ndimage
 
 from robotont_driver.kinematics import se2
-from robotont_driver.parameters.files import MOST_BYTES, read_file, read_mapping, write_file
+from robotont_driver.parameters.files import read_file, write_file
 from robotont_driver.parameters.parameters import fault, is_number, shown
+from robotont_driver.parameters.yaml_file import MOST_BYTES, read_mapping
 
 HEIGHT = 0.4         # [m] of walls, boxes and posts
 WALL_THICKNESS = 0.1  # [m]
@@ -231,9 +231,9 @@ def write_map(world, file):
     Raises ValueError where one of them is there that make_map has not written: the world itself, a map of a real room.
     """
     picture, description = Path(f"{file}.pgm"), Path(f"{file}.yaml")
-    known = os.path.isfile(str(description)) and read_file(description, MOST_BYTES).startswith(HEAD.encode())
+    known = description.is_file() and read_file(description, MOST_BYTES).startswith(HEAD.encode())
     for path in (description, picture):
-        if os.path.lexists(str(path)) and not known:
+        if (path.exists() or path.is_symlink()) and not known:
             raise ValueError(f"{path} is there and make_map has not written it: give the map another name")
     image, origin = draw_map(world)
     write_file(picture, b"P5\n%d %d\n255\n" % image.shape[::-1] + image.tobytes())

@@ -7,8 +7,8 @@ from typing import Mapping, NamedTuple
 import rospkg
 
 from robotont_driver.kinematics.wheel_params import KEYS, Wheels, read_wheels
-from robotont_driver.parameters.files import read_mapping
 from robotont_driver.parameters.parameters import ParameterError, fault, nearest
+from robotont_driver.parameters.yaml_file import read_mapping
 from robotont_driver.robots.battery import read_pack
 
 

@@ -20,7 +20,7 @@ def test_a_press_from_behind_a_slow_network_is_heard(presses, delay, loss):
     presses.start_button(first, words="true 5")
     wait_for(lambda: presses.when(first, "registered"), "the master's word", timeout=120.0)
     heard = presses.wait_for_press(first, timeout=90.0)
-    print(f"heard {heard - presses.when('first', 'registered'):.1f} s behind its registration")
+    print(f"heard {heard - presses.when(first, 'registered'):.1f} s behind its registration")
     presses.start_button(second)
     presses.wait_for_connection(second)
     presses.order(second, "true")

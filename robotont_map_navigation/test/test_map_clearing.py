@@ -89,7 +89,7 @@ def test_an_update_covers_what_was_changed_of_late():
     own.move(beside(0.15, 1.0), -0.1)
     own.move(beside(0.15, 0.5), 0.0)
     own.move(beside(0.15, 2.0), 1.0)
-    update = own.move(beside(1.0), WHOLE - 0.2)
+    update = own.move(beside(1.0), WHOLE[0] - 0.2)
     assert update.y <= 10
     assert 40 <= update.y + update.height < 80
 
@@ -101,7 +101,7 @@ def test_the_whole_map_comes_again_and_again_and_last():
     sent = {now: own.move(beside(0.15 if now < 20.0 else 1.0), now) for now in times}
     whole = [now for now, update in sent.items() if update and (update.height, update.width) == CELLS.shape]
     assert whole[0] == 0.0
-    assert np.diff(whole).max() < WHOLE + 0.3
+    assert np.diff(whole).max() < WHOLE[0] + 0.3
     told = [now for now, update in sent.items() if update]
     assert whole[-1] == told[-1]
     assert abs(told[-1] - 20.0 - REMEMBERED) < 0.3, "then nothing"

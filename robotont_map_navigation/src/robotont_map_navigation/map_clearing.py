@@ -22,7 +22,9 @@ SETTLING = 2.0  # [s] without updates after a map of another size: costmaps must
 FREE, WALL = 0, 100  # [%] as of nav_msgs/OccupancyGrid
 RING = 1.5           # cells: width of the bulge, so that it is closed on diagonals too
 REMEMBERED = 5.0     # [s] that a costmap may take to draw a change; until then the next one has its place too
-WHOLE = 5.0  # [s] between updates of the whole map: after clear_costmaps a costmap draws no more than the newest one
+# [s], at least, and [s] a cell between two updates of the whole map: after clear_costmaps a costmap draws the newest
+# update, and no more
+WHOLE = 5.0, 1e-5
 
 
 class FootprintClearing:
@@ -71,7 +73,7 @@ class MapClearing:
             self._places.popleft()
         if not self._places and self._whole:
             return None
-        self._whole = not self._places or now - self._whole_at > WHOLE
+        self._whole = not self._places or now - self._whole_at > max(WHOLE[0], WHOLE[1] * self.floor_map.cells.size)
         if self._whole:
             self._whole_at, top, left, (bottom, right) = now, 0, 0, self.floor_map.cells.shape
         else:

@@ -36,12 +36,13 @@ def draw(path, title, estimate, reference, allowed):
     paths, errors = figure.subplots(1, 2)
     paths.plot(*reference.poses.T[:2], color="silver", linewidth=6, label="ground truth")
     paths.plot(*estimate.poses.T[:2], label="odometry")
-    paths.set(title="Path", xlabel="x [m]", ylabel="y [m]", aspect="equal")
+    paths.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
     times, (places, headings) = reference.times - reference.times[0], errors_of(estimate, reference)
     errors.plot(times, 1000 * places, label="place [mm]")
     errors.plot(times, 10 * np.degrees(headings), label="heading [0.1°]")
     errors.axhline(1000 * allowed, color="black", linestyle=":", label="allowed at the end [mm]")
     errors.set(title="Errors of the odometry", xlabel="time [s]")
-    for axes in (paths, errors):
-        axes.legend()
+    paths.set_title("Path", loc="left")
+    paths.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=2, frameon=False)  # beside the title: no way below
+    errors.legend()
     figure.savefig(str(path), dpi=110)

@@ -71,22 +71,14 @@ class Browser:
         else:
             self.events.append((message.get("sessionId"), message["method"], message["params"]))
 
-    async def _send(self, method, session, parameters):
-        """Send a message; the future of its answer."""
-        number = next(self._numbers)
-        self._answers[number] = answer = self._loop.create_future()
-        message = {"id": number, "method": method, "params": parameters}
-        await self._socket.write_message(json.dumps({**message, "sessionId": session} if session else message))
-        return answer
-
-    def tell(self, method, session=None, **parameters):
-        """Call a method of the protocol that the browser answers late or never."""
-        asyncio.run_coroutine_threadsafe(self._send(method, session, parameters), self._loop).result(PATIENCE)
-
     def call(self, method, session=None, **parameters):
         """The result of a method of the protocol; AssertionError when the browser refuses it."""
         async def answered():
-            return await (await self._send(method, session, parameters))
+            number = next(self._numbers)
+            self._answers[number] = answer = self._loop.create_future()
+            message = {"id": number, "method": method, "params": parameters}
+            await self._socket.write_message(json.dumps({**message, "sessionId": session} if session else message))
+            return await answer
         answer = asyncio.run_coroutine_threadsafe(answered(), self._loop).result(PATIENCE)
         if answer.get("error", {}).get("message") in LEFT:
             raise PageLeftError(answer["error"]["message"])
@@ -133,8 +125,6 @@ class Page:
         self._target = target
         self._session = session
         self._fingers = {}
-        self._mouse = None  # where its button is held down
-        self._mouse_is_finger = False
 
     def call(self, method, **parameters):
         """The result of a method of the protocol for this tab."""
@@ -199,37 +189,16 @@ class Page:
         self._fingers[number] = {"x": x, "y": y, "id": number}
         self._touch(kind)
 
-    def mouse_at(self, x, y):
-        """Press the mouse's button at (x, y) [px], or move there while it is held."""
-        kind = "mouseMoved" if self._mouse else "mousePressed"
-        self._mouse = {"x": x, "y": y, "button": "left", "clickCount": 1}
-        self._move_mouse(kind, 1, self._mouse)
-
-    def take_mouse_for_finger(self):
-        """From now on the mouse with its button held is a finger, as in the browser's own view of phones.
-
-        Unlike `finger_at`, whose events the browser itself keeps until its next frame, these reach the page at once.
-        """
-        self.call("Emulation.setEmitTouchEventsForMouse", enabled=True, configuration="mobile")
-        self._mouse_is_finger = True
-
-    def _move_mouse(self, kind, buttons, place):
-        send = self._browser.tell if self._mouse_is_finger else self._browser.call  # a mouse that became a finger
-        send("Input.dispatchMouseEvent", self._session, type=kind, buttons=buttons, **place)  # is never answered
-
     @property
     def touched(self):
-        """Whether a finger is on the screen, or the mouse's button held."""
-        return bool(self._fingers or self._mouse)
+        """Whether a finger is on the screen."""
+        return bool(self._fingers)
 
     def lift(self):
-        """Lift all fingers, and let go of the mouse's button."""
+        """Lift all fingers."""
         if self._fingers:
             self._fingers.clear()
             self._touch("touchEnd")
-        if self._mouse:
-            place, self._mouse = self._mouse, None
-            self._move_mouse("mouseReleased", 0, place)
 
     def cancel_fingers(self):
         """As when the system takes the screen away from the page."""

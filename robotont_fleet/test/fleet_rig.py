@@ -1,15 +1,16 @@
-"""Robots with masters of their own on stand-in boards, and a fleet page, all of this computer."""
+"""Robots on stand-in boards, each in the namespace of its name, and a fleet page, all of this computer."""
 
 import json
 import signal
 import socket
+import subprocess
 import sys
 import time
 import xmlrpc.client
 from pathlib import Path
 
 from robotont_testing import places
-from robotont_testing.harness import Processes, free_port, wait_for, wait_for_master
+from robotont_testing.harness import Master, free_port, wait_for
 from robotont_testing.loop_client import LoopClient
 from robotont_testing.robots import SHIPPED
 from robotont_testing.stalling_proxy import StallingProxy
@@ -24,7 +25,7 @@ STATE = {"id": "a", "number": 1, "frame": "map", "pose": [1, 2, 3], "speed": [0.
          "namesakes": 0}  # what a robot says of itself
 
 
-class Rig(Processes):
+class Rig(Master):
     """All processes; robots are added one by one."""
 
     def __init__(self):
@@ -92,41 +93,33 @@ class Rig(Processes):
 class RobotRig:
     def __init__(self, rig, name):
         self._rig, self.name = rig, name
-        self._port = free_port()
-        self.environment = {"ROS_MASTER_URI": f"http://127.0.0.1:{self._port}", "ROS_IP": "127.0.0.1",
-                            "ROS_LOG_DIR": str(rig.folder / name)}
         self.board = Board(str(rig.folder / f"{name}.port"))
         self.proxy = StallingProxy(rig.router_port, room=4096)
-        self._computer = []
+        rig.start(sys.executable, HERE / "stand_in_navigation.py", f"__ns:=/{name}")
 
     def start(self):
-        self._start("rosmaster", "--core", "-p", self._port)
-        wait_for_master(self.environment["ROS_MASTER_URI"], PATIENCE)
         self.board.plug()
-        master = xmlrpc.client.ServerProxy(self.environment["ROS_MASTER_URI"])
-        for key, value in {**SHIPPED, "serial_com_node": {"port": self.board.link}}.items():
-            master.setParam("/rig", "/" + key, value)
-        self._start(places.program("robotont_driver", "robotont_node"))
-        self.navigation = self._start(sys.executable, HERE / "stand_in_navigation.py")
+        self._rig.load({**SHIPPED, "serial_com_node": {"port": self.board.link}}, "/" + self.name)
+        self._driver = self._rig.node("robotont_node", f"__ns:=/{self.name}")
         self.start_fleet_node()
 
-    def _start(self, *command):
-        self._computer.append(self._rig.start(*command, **self.environment))
-        return self._computer[-1]
-
     def fall(self):
-        """Its supply fails."""
-        for process in (self.fleet_node, *self._computer):
+        """Its supply fails, that of its master, too."""
+        for process in (self.fleet_node, self._driver):
             self._rig.stop(process, signal.SIGKILL)
-        self._computer.clear()
+        xmlrpc.client.ServerProxy(self._rig.uri).deleteParam("/rig", "/" + self.name)
         self.board.unplug()
         self.board.restart()
 
-    def start_fleet_node(self, *arguments):
+    def start_fleet_node(self, router_port=None):
         self.fleet_node = self._rig.start(
-            places.program("robotont_fleet", "fleet_node"), f"_robot_name:={self.name}",
-            f"_router:=tcp/127.0.0.1:{self.proxy.port}", *arguments, log=self._rig.folder / f"{self.name}.log",
-            **{**self.environment, "ROS_HOME": str(self._rig.folder / f"{self.name}.home")})
+            places.program("robotont_fleet", "fleet_node"), f"__ns:=/{self.name}",
+            f"_router:=tcp/127.0.0.1:{router_port or self.proxy.port}", log=self._rig.folder / f"{self.name}.log",
+            ROS_HOME=str(self._rig.folder / f"{self.name}.home"))
+
+    def release(self):
+        """By a person beside the robot."""
+        subprocess.run(["rosservice", "call", f"/{self.name}/emergency_stop/release"], check=True, capture_output=True)
 
     def words(self):
         return (self._rig.folder / f"{self.name}.log").read_text()

@@ -31,9 +31,9 @@ class Monitor(Bus):
         super().__init__(monkeypatch)
         self.now, self.places = 100.0, {}
         monkeypatch.setattr(time, "monotonic", lambda: self.now)
-        for name in ("Worker", "Health", "robot_name"):
+        for name in ("RepeatingThread", "Health", "robot_name"):
             monkeypatch.setattr(localization_check, name, lambda *_: None)
-        monkeypatch.setattr(map_clearing, "Worker", lambda _: None)
+        monkeypatch.setattr(map_clearing, "RepeatingThread", lambda _: None)
         self.check = localization_check.LocalizationCheck(self)
         self.check.floor_map = floor_map_of(grid(walled(42, 122), -3.05, -1.05))
 

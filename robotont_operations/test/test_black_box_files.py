@@ -129,7 +129,7 @@ def test_a_full_disk_makes_room_and_says_so(tmp_path, monkeypatch):
 def test_the_recorder_tells_what_it_could_not_write_and_makes_a_folder_again_that_was_deleted(tmp_path):
     """It keeps the newest file alone, and finds the one before deleted, too."""
     folder = tmp_path / "black_box"
-    with mock.patch.multiple(recorder_node, rospy=mock.Mock(), Worker=mock.Mock(), Health=mock.Mock()):
+    with mock.patch.multiple(recorder_node, rospy=mock.Mock(), RepeatingThread=mock.Mock(), Health=mock.Mock()):
         node = recorder_node.RecorderNode({"folder": folder, "topics": "serial_read", "keep": 0.0})
 
         def written(one):

@@ -31,7 +31,7 @@ class Bus:
         monkeypatch.setattr(DroppingPublisher, "__init__", lambda publisher, *given: vars(publisher).update(
             vars(self._publisher(*given))))
         for module in modules:
-            for name, stand_in in (("boot_time", lambda: self.now), ("Worker", self.work.append),
+            for name, stand_in in (("boot_time", lambda: self.now), ("RepeatingThread", self.work.append),
                                    ("Health", self._health), ("is_local", lambda *_: True),
                                    ("OutageWatch", lambda *_: SimpleNamespace(look=lambda: None))):
                 monkeypatch.setattr(module, name, stand_in, raising=False)

@@ -9,7 +9,7 @@ import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool, String
 
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_testing import places
 from robotont_testing.harness import Master, in_own_process, wait_for
 from robotont_testing.node_test import twist
@@ -32,7 +32,7 @@ class Hand:
                 ("cmd_vel/driven_by", String, lambda message: setattr(self, "driver", message.data))):
             rospy.Subscriber(topic, kind, callback, tcp_nodelay=True)
         self.speeds = itertools.repeat(0.1)
-        Worker(self._command)
+        RepeatingThread(self._command)
 
     def _command(self):
         self.publisher.publish(twist(next(self.speeds)))

@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 from terminal import Terminal
 from web_client import Client
 
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_testing.harness import Master, free_port, suspended, wait_for
 from robotont_testing.node_test import twist
 from robotont_testing.stand_in_board import Board, speeds_of
@@ -69,7 +69,7 @@ class Robot:
         self._release = rospy.ServiceProxy("emergency_stop/release", Trigger, persistent=True)
         self._release()
         self.speed = 0.0  # [m/s] that somebody commands; None: nothing
-        Worker(self._drive)
+        RepeatingThread(self._drive)
         for by in BY:  # whoever hangs afterwards, each is connected
             self.release()
             self.delay(by)

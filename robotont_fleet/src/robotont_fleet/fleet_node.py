@@ -15,7 +15,7 @@ from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import refuse, run_without_wheels
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.mailbox import Mailbox
 from robotont_fleet.messages import CONFIRMED, TO_ROBOT, read_order
@@ -70,8 +70,8 @@ class FleetNode:
         self._token = session.liveliness().declare_token(keys.alive_key(self.name, self._identity))
         self._session = session
         rospy.on_shutdown(session.close)
-        Worker(self._tell)
-        Worker(self._obey)
+        RepeatingThread(self._tell)
+        RepeatingThread(self._obey)
 
     # Out
 

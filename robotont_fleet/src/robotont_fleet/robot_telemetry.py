@@ -10,7 +10,7 @@ from std_msgs.msg import String
 
 from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.robots.battery import EMPTY
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.robot_reports import RobotReports, rounded
 from robotont_teleop.web.frame_chain import FrameChain
@@ -32,7 +32,7 @@ class RobotTelemetry(RobotReports):
         self._frames, self._base = FrameChain(prefix), prefix + "base_link"
         super().__init__()
         self._page = ""
-        Worker(self._look_for_page)
+        RepeatingThread(self._look_for_page)
         self.emergency_stop = EmergencyStopPublisher(not_released)
         rospy.Subscriber("emergency_stop/pressed_by", String, on_pressed_by, queue_size=5)  # behind what it listens to
         self._goals = rospy.Publisher("move_base_simple/goal", PoseStamped, queue_size=1)

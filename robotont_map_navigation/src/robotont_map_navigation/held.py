@@ -15,7 +15,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float32, Header, String
 
 from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_map_navigation.readings import Newest, needed_radius
 
 LAG = 0.08      # [s] from a command until the wheels of every robot folder, also with 8 kg, move at MOVES of it
@@ -109,7 +109,7 @@ class Held:
         rospy.Subscriber("cmd_vel/limited", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("odom", Odometry, self._on_odom, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("move_base/current_goal", PoseStamped, lambda _: self._tell(""), queue_size=1)  # tries anew
-        Worker(self._tell_costmaps)
+        RepeatingThread(self._tell_costmaps)
         Health(robot_name(), {"motion": self._report})
 
     def _on_command(self, message):

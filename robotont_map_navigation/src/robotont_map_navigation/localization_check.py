@@ -13,7 +13,7 @@ from std_msgs.msg import String
 
 from robotont_driver.kinematics.se2 import between, compose
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_map_navigation.readings import Newest, place_of, rays_of
 from robotont_map_navigation.scan_fit import Fit, fit_nearby
 
@@ -52,7 +52,7 @@ class LocalizationCheck:
         self._trouble.publish("")
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
         rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1)
-        Worker(self._look)
+        RepeatingThread(self._look)
         Health(robot_name(), {"localization": lambda: self._report})
 
     def _begin(self):

@@ -14,7 +14,7 @@ import rospy
 from map_msgs.msg import OccupancyGridUpdate
 
 from robotont_driver.kinematics.se2 import compose
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_map_navigation.readings import needed_radius
 
 PERIOD = 0.1   # [s] between two looks at where the robot is
@@ -34,7 +34,7 @@ class FootprintClearing:
         self._frames, self._size, self._clearing = frames, None, None
         self._settled = 0.0  # [s] time.monotonic() from which on updates are sent
         self._publisher = rospy.Publisher("map_for_planning_updates", OccupancyGridUpdate, queue_size=10)
-        Worker(self._look)
+        RepeatingThread(self._look)
 
     def take_map(self, floor_map):
         """Start anew with a FloorMap: the costmaps have forgotten all updates."""

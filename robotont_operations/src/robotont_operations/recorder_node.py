@@ -10,7 +10,7 @@ import rospy
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_driver.rospy_repairs.rospy_internals import connection_header, serialized
 from robotont_operations.black_box_files import BlackBox, Record
 
@@ -42,7 +42,7 @@ class RecorderNode:
         for topic in parameters["topics"].split():
             rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, rospy.resolve_name(topic), tcp_nodelay=True)
         rospy.on_shutdown(self._write)
-        Worker(self._work)
+        RepeatingThread(self._work)
         Health(robot_name(), {"black box": self._report})
         rospy.loginfo("recording to %s", self._box.folder)
 

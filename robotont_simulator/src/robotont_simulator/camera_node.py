@@ -15,7 +15,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from robotont_driver.kinematics import se2
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import run_node
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_simulator.mujoco_model import BODY_GROUP, Scene
 from robotont_simulator.surroundings import ROBOTS, watch, watch_visitor, world_of
 
@@ -104,7 +104,7 @@ class CameraNode:
         self._due, self._truth, self._frame = 0.0, None, parameters["frame_prefix"] + "camera_{}_optical_frame"
         self._publishers = {name: rospy.Publisher(name, kind, queue_size=1) for name, kind in TOPICS.items()}
         watch_visitor(self._camera.put)
-        Worker(self._work)
+        RepeatingThread(self._work)
 
     def _work(self):
         """Render what somebody listens to, at the rate, from the newest true pose; [s] to rest."""

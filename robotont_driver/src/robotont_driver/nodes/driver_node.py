@@ -18,8 +18,8 @@ from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.protocol.protocol import Packet, format_packet
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
+from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_driver.ros.server_parameters import KeptParameter, kept_names
-from robotont_driver.ros.worker import Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header, connection_numbers
 from robotont_driver.rospy_repairs.topic_outages import OutageWatch, is_local
 
@@ -73,7 +73,7 @@ class DriverNode:
         self._pressed_by.publish(", ".join(self._emergency_stop.pressed_by))
         self._kept = (KeptParameter(PRESSED_BY, lambda: list(self._emergency_stop.pressed_by)),
                       KeptParameter(HELD, lambda: self._stream.waiting(boot_time())))
-        Worker(self._repeat)
+        RepeatingThread(self._repeat)
         rospy.on_shutdown(self._stop)
         emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, tcp_nodelay=True)
         rospy.Service("emergency_stop/release", Trigger, self._on_release)
@@ -81,7 +81,7 @@ class DriverNode:
         # the board limits each wheel alone, which would bend the path
         rospy.Subscriber("board_wheel_limit", Float64, lambda limit: self._stream.limit_wheels(limit.data))
         heard.append(cmd_vel)
-        Worker(OutageWatch(boot_time, [cmd_vel, emergency_stop]).look)
+        RepeatingThread(OutageWatch(boot_time, [cmd_vel, emergency_stop]).look)
         Health(robot_name(), {"command stream": self._report}, name)
 
     def _on_command(self, message):

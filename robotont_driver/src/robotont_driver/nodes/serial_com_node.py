@@ -14,7 +14,7 @@ from robotont_driver.robots.battery import Battery, read_pack
 from robotont_driver.ros.board_topics import BoardTopics
 from robotont_driver.ros.diagnostics import Health
 from robotont_driver.ros.link_report import LinkReport
-from robotont_driver.ros.worker import log_fault
+from robotont_driver.ros.repeating_thread import log_fault
 
 LARGEST_REACH = 0x7FFF  # [edges] what the 16 bits of a packet's totals can represent
 

@@ -6,7 +6,7 @@ import threading
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.repeating_thread import RepeatingThread
 
 FIRST_RATE = 0.5  # [s]
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
@@ -22,7 +22,7 @@ class Health:
         with contextlib.suppress(OSError):  # the master has just gone: a node that is there already lives on
             self._period = rospy.get_param(self._node + "/diagnostic_period", self._period)
         self._publisher = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
-        Worker(self._publish)
+        RepeatingThread(self._publish)
 
     def _publish(self):
         message = DiagnosticArray()

@@ -8,7 +8,7 @@ import rospy
 
 from robotont_driver.kinematics.wheel_params import KEYS, read_wheels
 from robotont_driver.parameters.parameters import Parameter, ParameterError, fault, read_parameters
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.repeating_thread import RepeatingThread
 
 AGAIN = 1.0  # [s] after which it is written again, to a master that did not answer, or to a new one
 # Parameters that every node has besides its own.
@@ -58,7 +58,7 @@ class KeptParameter:
     def __init__(self, name, value):
         self._name, self._value, self._written = name, value, value()
         self._changed = threading.Event()
-        Worker(self._write)
+        RepeatingThread(self._write)
 
     def changed(self):
         """The value may be another one now. Returns at once."""

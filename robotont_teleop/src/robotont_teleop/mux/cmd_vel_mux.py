@@ -17,8 +17,8 @@ from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import run_without_wheels
+from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_driver.ros.server_parameters import KeptParameter, kept_names
-from robotont_driver.ros.worker import Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_driver.rospy_repairs.topic_outages import OutageWatch, is_local
 from robotont_teleop.hand.twist_publisher import TwistPublisher
@@ -77,12 +77,12 @@ class CmdVelMux:
         heard += [rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1,
                                    tcp_nodelay=True) for name in self._timeouts]
         rospy.Subscriber("navigation/stand", Float32, self._on_stand, queue_size=1, tcp_nodelay=True)
-        Worker(OutageWatch(boot_time, [*heard, self._driver_node]).look)
+        RepeatingThread(OutageWatch(boot_time, [*heard, self._driver_node]).look)
         rospy.Service("~give_back", Trigger, self._on_give_back)
-        Worker(self._look_for_others)
+        RepeatingThread(self._look_for_others)
         self._health = Health(robot_name(), {"who drives": self._report,
                                              **({"guard": self._report_guard} if self._blind_speed >= 0.0 else {})})
-        Worker(self._look)  # last: it tells the diagnostics at once what a sensor has that is there before this node
+        RepeatingThread(self._look)  # last: it tells the diagnostics at once what a sensor has that came before it
 
     def _on_command(self, name, message):
         linear, angular = message.linear, message.angular

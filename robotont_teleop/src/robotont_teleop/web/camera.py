@@ -8,7 +8,7 @@ import rosgraph
 import rospy
 from sensor_msgs.msg import CompressedImage
 
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.repeating_thread import RepeatingThread
 
 STALE = 1.0        # [s] an older picture is not shown: it would look like one of now
 LOOK_PERIOD = 0.5  # [s] between two looks at whether there is a camera, and who wants to see it
@@ -26,7 +26,7 @@ class Camera:
         self._wanted = -math.inf
         self._subscriber = None
         self.present = False     # whether anybody publishes pictures
-        Worker(self._look)
+        RepeatingThread(self._look)
 
     def picture(self):
         """(number, JPEG) of now, or None; numbers grow. Asking for one makes it listen to the camera."""

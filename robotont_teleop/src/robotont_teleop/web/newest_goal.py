@@ -3,7 +3,7 @@
 import threading
 
 from robotont_driver.link.boot_clock import boot_time
-from robotont_driver.ros.worker import Worker
+from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_map_navigation.goal import Outcome, Status
 
 OLDEST = 3.0  # [s] of a goal that goes out: to check it asks the master, which may be gone or hang
@@ -22,7 +22,7 @@ class NewestGoal:
         self._wanted = None  # Goal that is neither sent nor refused yet, asked for ...
         self._asked = 0.0    # [s] ... then
         self.shown = None    # {"x" [m], "y" [m], "words"} of the one that is pursued
-        Worker(self._pursue)
+        RepeatingThread(self._pursue)
 
     def pursue(self, goal):
         """Send the robot to a Goal, in place of the one before."""

@@ -16,8 +16,8 @@ from sensor_msgs.msg import LaserScan, Range
 from robotont_description.geometry import body
 from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import ParameterError
+from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_driver.ros.server_parameters import running_wheels
-from robotont_driver.ros.worker import Worker
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
 from robotont_map_navigation.goal import Goal
 from robotont_map_navigation.goto_client import GoTo
@@ -67,7 +67,7 @@ class RobotView(RobotReports):
             rospy.Subscriber(topic, kind, callback, queue_size=1)
         for topic in COMMANDS:
             rospy.Subscriber(topic, Twist, self._on_command, topic, queue_size=5)
-        Worker(self._look_for_wheels)
+        RepeatingThread(self._look_for_wheels)
 
     # Commands of the pages; `send` takes those by hand
 

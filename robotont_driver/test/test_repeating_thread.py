@@ -3,7 +3,7 @@
 import pytest
 import rospy
 
-from robotont_driver.ros import worker
+from robotont_driver.ros import repeating_thread
 from robotont_testing.harness import wait_for
 
 
@@ -13,7 +13,7 @@ def test_a_fault_is_reported_and_is_not_the_end(monkeypatch, ends):
     monkeypatch.setattr(rospy, "logerr_throttle", lambda _, form, *words: said.append(form % words))
     monkeypatch.setattr(rospy.core, "is_shutdown_requested", lambda: ends)
     monkeypatch.setattr(rospy, "is_shutdown", lambda: len(looks) > 2)
-    monkeypatch.setattr(worker, "AFTER_FAULT", 0.0)
+    monkeypatch.setattr(repeating_thread, "AFTER_FAULT", 0.0)
 
     def look():
         looks.append(1)
@@ -21,7 +21,7 @@ def test_a_fault_is_reported_and_is_not_the_end(monkeypatch, ends):
             raise KeyError("seam")
         return 0.0
 
-    thread = worker.Worker(look)
-    wait_for(lambda: not thread.is_alive(), "the worker")
+    thread = repeating_thread.RepeatingThread(look)
+    wait_for(lambda: not thread.is_alive(), "the thread")
     assert len(looks) == 3
     assert ["KeyError: 'seam'" in words for words in said] == ([] if ends else [True])

@@ -1,4 +1,4 @@
-"""A thread that works at intervals, whatever fails."""
+"""A thread that repeats its work, whatever fails."""
 
 import threading
 import time
@@ -9,8 +9,8 @@ import rospy
 AFTER_FAULT = 0.2  # [s]
 
 
-class Worker(threading.Thread):
-    """A thread that calls `work` again and again; `work` returns for how long [s] to rest, at least."""
+class RepeatingThread(threading.Thread):
+    """Calls `work` again and again; `work` returns for how long [s] to rest, at least."""
 
     def __init__(self, work):
         super().__init__(daemon=True)

@@ -39,7 +39,7 @@ def test_ctrl_c_while_a_program_loads_is_silent(tmp_path):
     """By the first import of each; one of them shows what it does."""
     for program in (file for file in PROGRAMS if "firmware" not in str(file)):
         assert re.search("^(import|from) .*", program.read_text(), re.MULTILINE)[0].startswith(
-            "import robotont_driver.rospy_repairs.ctrl_c "), program
+            "import robotont_driver.rospy_repairs.quiet_interrupt "), program
     (tmp_path / "rospy.py").write_text("raise KeyboardInterrupt")
     path = os.pathsep.join([str(tmp_path), *sys.path])
     result = subprocess.run([sys.executable, str(PROGRAMS[0].parents[2] / "robotont_driver/scripts/odom_node")],

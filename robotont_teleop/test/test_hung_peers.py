@@ -28,7 +28,7 @@ WITHIN = 0.1  # [s]
 PRESSES = 4   # each by one of several threads, any of which may hang
 BY = ("page", "keys", "topic")
 STAYS = 0.2   # [s] of zeros, after which a press by the keys is behind the zero that they send with it
-PROGRAM = """import robotont_driver.rospy_repairs.ctrl_c
+PROGRAM = """import robotont_driver.rospy_repairs.quiet_interrupt
 from robotont_teleop.hand import emergency_stop_publisher
 emergency_stop_publisher.HELD = 0.0
 from robotont_teleop.{} import main

@@ -81,7 +81,7 @@ def test_a_clock_that_another_thread_read_before_a_gap_hides_none():
 def test_driver_node_looks_for_gaps_more_often_than_they_are_long(timeout, rate):
     parameters = {**{parameter.name: parameter.default for parameter in driver_node.PARAMETERS},
                   "cmd_timeout": timeout, "publish_rate": rate}
-    ros = dict.fromkeys(("rospy", "RepeatingThread", "Health", "OutageWatch", "KeptParameter"), MagicMock())
+    ros = dict.fromkeys(("rospy", "RepeatingThread", "Health", "Reconnector", "KeptParameter"), MagicMock())
     ros["kept_names"] = lambda _: []
     ros["rospy"].get_param.return_value = ()
     with patch.multiple(driver_node, **ros):

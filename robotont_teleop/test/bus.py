@@ -33,7 +33,7 @@ class Bus:
         for module in modules:
             for name, stand_in in (("boot_time", lambda: self.now), ("RepeatingThread", self.work.append),
                                    ("Health", self._health), ("is_local", lambda *_: True),
-                                   ("OutageWatch", lambda *_: SimpleNamespace(look=lambda: None))):
+                                   ("Reconnector", lambda *_: SimpleNamespace(look=lambda: None))):
                 monkeypatch.setattr(module, name, stand_in, raising=False)
 
     def hear(self, topic, message, sender="/somebody"):

@@ -21,7 +21,7 @@ from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_driver.ros.server_parameters import KeptParameter, kept_names
 from robotont_driver.rospy_repairs.rospy_internals import connection_header, connection_numbers
-from robotont_driver.rospy_repairs.topic_outages import OutageWatch, is_local
+from robotont_driver.rospy_repairs.topic_reconnection import Reconnector, is_local
 
 PARAMETERS = (
     Parameter("publish_rate", 20.0, "how often the newest command is repeated", "Hz", minimum=10.0, maximum=200.0,
@@ -81,7 +81,7 @@ class DriverNode:
         # the board limits each wheel alone, which would bend the path
         rospy.Subscriber("board_wheel_limit", Float64, lambda limit: self._stream.limit_wheels(limit.data))
         heard.append(cmd_vel)
-        RepeatingThread(OutageWatch(boot_time, [cmd_vel, emergency_stop]).look)
+        RepeatingThread(Reconnector(boot_time, [cmd_vel, emergency_stop]).look)
         Health(robot_name(), {"command stream": self._report}, name)
 
     def _on_command(self, message):

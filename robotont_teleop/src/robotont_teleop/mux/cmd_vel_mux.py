@@ -20,7 +20,7 @@ from robotont_driver.ros.lifecycle import run_without_wheels
 from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_driver.ros.server_parameters import KeptParameter, kept_names
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
-from robotont_driver.rospy_repairs.topic_outages import OutageWatch, is_local
+from robotont_driver.rospy_repairs.topic_reconnection import Reconnector, is_local
 from robotont_teleop.hand.twist_publisher import TwistPublisher
 from robotont_teleop.mux.arbitration import STOP, Arbiter, Input
 from robotont_teleop.mux.guard_sensors import make_guard
@@ -77,7 +77,7 @@ class CmdVelMux:
         heard += [rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1,
                                    tcp_nodelay=True) for name in self._timeouts]
         rospy.Subscriber("navigation/stand", Float32, self._on_stand, queue_size=1, tcp_nodelay=True)
-        RepeatingThread(OutageWatch(boot_time, [*heard, self._driver_node]).look)
+        RepeatingThread(Reconnector(boot_time, [*heard, self._driver_node]).look)
         rospy.Service("~give_back", Trigger, self._on_give_back)
         RepeatingThread(self._look_for_others)
         self._health = Health(robot_name(), {"who drives": self._report,

@@ -5,7 +5,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from robotont_driver.rospy_repairs import rospy_internals, topic_outages
+from robotont_driver.rospy_repairs import rospy_internals, topic_reconnection
 from robotont_testing.harness import wait_for
 
 HERE, THERE = "10.0.0.1", "10.0.0.2"
@@ -21,17 +21,17 @@ class Connection:
 
 
 class Network:
-    """An OutageWatch with a clock of its own; machines answer while `up`."""
+    """A Reconnector with a clock of its own; machines answer while `up`."""
 
     def __init__(self, monkeypatch):
         self.now, self.up, self.calls = 0.0, True, []
         self.commands, self.buttons = (Mock(impl=Mock(connections=[])) for _ in range(2))
-        monkeypatch.setattr(topic_outages, "connect_anew", lambda topic, uri: self.calls.append((topic, uri)))
-        monkeypatch.setattr(topic_outages, "disconnect",
+        monkeypatch.setattr(topic_reconnection, "connect_anew", lambda topic, uri: self.calls.append((topic, uri)))
+        monkeypatch.setattr(topic_reconnection, "disconnect",
                             lambda topic, connection: topic.impl.connections.remove(connection))
-        monkeypatch.setattr(topic_outages.socket, "create_connection", self._answer)
-        monkeypatch.setattr(topic_outages.threading, "Thread", self._thread)
-        self.watch = topic_outages.OutageWatch(lambda: self.now, [self.commands, self.buttons])
+        monkeypatch.setattr(topic_reconnection.socket, "create_connection", self._answer)
+        monkeypatch.setattr(topic_reconnection.threading, "Thread", self._thread)
+        self.watch = topic_reconnection.Reconnector(lambda: self.now, [self.commands, self.buttons])
 
     def _answer(self, *_):
         if not self.up:
@@ -43,8 +43,8 @@ class Network:
         return SimpleNamespace(start=lambda: target(*args), is_alive=lambda: False)
 
     def look(self, seconds):
-        for _ in range(round(seconds / topic_outages.PERIOD)):
-            self.now += topic_outages.PERIOD
+        for _ in range(round(seconds / topic_reconnection.PERIOD)):
+            self.now += topic_reconnection.PERIOD
             self.watch.look()
 
 
@@ -81,14 +81,14 @@ def test_behind_an_outage_all_are_connected_anew_and_the_old_ones_still_deliver(
 
 
 def test_old_connections_that_their_publisher_keeps_do_not_pile_up(network):
-    for _ in range(2 * topic_outages.MOST_OLD):
+    for _ in range(2 * topic_reconnection.MOST_OLD):
         network.buttons.impl.connections.append(Connection())
         network.look(3.0)
         network.up = False
         network.look(3.0)
         network.up = True
         network.look(1.0)
-    assert len(network.buttons.impl.connections) == topic_outages.MOST_OLD
+    assert len(network.buttons.impl.connections) == topic_reconnection.MOST_OLD
 
 
 @pytest.mark.parametrize("machine", [HERE, THERE])
@@ -125,5 +125,5 @@ def test_whether_a_connection_comes_from_this_machine(machine, local):
     connection = Connection()
     connection.socket.getpeername = lambda: (machine, 2)
     subscriber = Mock(impl=Mock(connections=[Connection(), connection]))
-    assert topic_outages.is_local([subscriber], connection.header) == local
-    assert not topic_outages.is_local([subscriber], {}), "it has ended: nobody knows"
+    assert topic_reconnection.is_local([subscriber], connection.header) == local
+    assert not topic_reconnection.is_local([subscriber], {}), "it has ended: nobody knows"

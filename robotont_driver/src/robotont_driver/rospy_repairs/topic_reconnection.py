@@ -19,7 +19,7 @@ OLD = "before an outage: "  # so begins the endpoint_id of a connection that a n
 MOST_OLD = 4         # of these, of a publisher that does not end them
 
 
-class OutageWatch:
+class Reconnector:
     """`look` is called again and again. clock: returns the time [s]; subscribers: whose connections are made anew."""
 
     def __init__(self, clock, subscribers):

@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
-from robotont_driver.parameters.command_line import CommandLine
+from robotont_driver.parameters.argument_parser import ArgumentParser
 
 LAUNCH = Path(__file__).resolve().parents[3] / "launch"
 
@@ -33,8 +33,8 @@ def main():
     command, files, *words = sys.argv[1:]
     own = dict(word.split(":=", 1) for word in words[:words.index("--")])
     words = words[words.index("--") + 1:]
-    parser = CommandLine(prog=f"./robotont {command}", usage="%(prog)s [--NAME VALUE ...]",
-                         epilog="NAME:=VALUE, as for roslaunch, means the same.")
+    parser = ArgumentParser(prog=f"./robotont {command}", usage="%(prog)s [--NAME VALUE ...]",
+                            epilog="NAME:=VALUE, as for roslaunch, means the same.")
     for name, (default, doc) in arguments(files.split(",")).items():
         shown = own.get(name) or ("computed" if "$(" in default else default or "empty")
         parser.add_argument("--" + name, metavar="VALUE", default=own.get(name),

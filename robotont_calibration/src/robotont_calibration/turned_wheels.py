@@ -11,7 +11,7 @@ import time
 
 from robotont_calibration.bring_up import QUESTIONS, bring_up
 from robotont_driver.link.serial_port import explain, heard, opened, usb_id
-from robotont_driver.parameters.command_line import CommandLine
+from robotont_driver.parameters.argument_parser import ArgumentParser
 from robotont_driver.protocol.connection import Connection
 from robotont_driver.robots.robot_folder import read_robot
 
@@ -91,7 +91,7 @@ def drive(port, wheels):
 
 def main(arguments=None):
     """Run; returns the exit status."""
-    parser = CommandLine(prog="./robotont wheels", description=__doc__)
+    parser = ArgumentParser(prog="./robotont wheels", description=__doc__)
     parser.add_argument("port", nargs="?", default="/dev/ttyACM0", help="serial port [%(default)s]")
     parser.add_argument("--seconds", type=float, default=60.0, help="how long to watch [%(default)s]")
     parser.add_argument("--bring-up", action="store_true", help="drive the lifted wheels, one at a time (own firmware)")

@@ -18,14 +18,14 @@ import rospkg
 
 from robotont_course import judge
 from robotont_course.exercises import EXERCISES
-from robotont_driver.parameters.command_line import CommandLine
+from robotont_driver.parameters.argument_parser import ArgumentParser
 
 PATIENCE = 120.0  # [s] more than its time that a run may take in a class
 
 
 def parse(words):
     """The options."""
-    parser = CommandLine(prog="./robotont exercise", description=(__doc__ or "").partition("\n")[0])
+    parser = ArgumentParser(prog="./robotont exercise", description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("name", nargs="?", type=lambda name: dict(zip("12345678", EXERCISES)).get(name, name),
                         choices=EXERCISES, metavar="NAME", help=", ".join(EXERCISES) + "; or 1 to 8; without: a list")
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help="the program; without: the task")

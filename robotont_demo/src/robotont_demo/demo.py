@@ -18,7 +18,7 @@ from robotont_bringup.stack import StackError, scratch, stack
 from robotont_calibration.trajectory import synchronise
 from robotont_demo.recording import Recorder
 from robotont_demo.scenario import PERIOD, draw, errors_of, plan
-from robotont_driver.parameters.command_line import CommandLine
+from robotont_driver.parameters.argument_parser import ArgumentParser
 from robotont_driver.robots.robot_folder import read_robot
 
 STOPPING = 100     # poses of the odometry in which the robot comes to stand
@@ -27,7 +27,7 @@ BAD_BYTES = 0.001  # share of the board's bytes that the line spoils
 
 def parse(words):
     """The options; exits with status 2 and a message when they are wrong."""
-    parser = CommandLine(prog="./robotont demo", description=(__doc__ or "").partition("\n")[0])
+    parser = ArgumentParser(prog="./robotont demo", description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--robot", default="", metavar="NAME or FOLDER", help="of config/robots [thesis]")
     parser.add_argument("--picture", type=Path, default="demo.png", help="where to put the picture [%(default)s]")
     options = parser.parse_args(words)

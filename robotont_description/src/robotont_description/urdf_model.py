@@ -7,7 +7,7 @@ from pathlib import Path
 import rospkg
 import yaml
 
-from robotont_driver.parameters.command_line import CommandLine
+from robotont_driver.parameters.argument_parser import ArgumentParser
 from robotont_driver.robots.robot_folder import read_robot
 
 XACRO = Path("urdf") / "robotont.urdf.xacro"
@@ -39,7 +39,7 @@ def urdf(robot="", prefix="", official="false"):
 
 def main():
     """Print the URDF; exit status 1 and a message when it fails."""
-    parser = CommandLine(prog="describe", description="Print the URDF; used by launch files.")
+    parser = ArgumentParser(prog="describe", description="Print the URDF; used by launch files.")
     parser.add_argument("--robot", default="", metavar="NAME or FOLDER", help="[thesis; with --official robotont2]")
     parser.add_argument("--prefix", default="", help="before the names of all links and joints, e.g. robot1/")
     parser.add_argument("--official", choices=("true", "false"), default="false",

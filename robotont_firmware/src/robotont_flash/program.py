@@ -11,7 +11,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from robotont_driver.link.serial_port import explain
-from robotont_driver.parameters.command_line import CommandLine
+from robotont_driver.parameters.argument_parser import ArgumentParser
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware import __version__ as new
 from robotont_firmware import check_pin_profile
@@ -143,7 +143,7 @@ def flash(port, profile, yes):
 
 def main():
     """Flash; return the exit status."""
-    parser = CommandLine(prog="./robotont flash", description=__doc__)
+    parser = ArgumentParser(prog="./robotont flash", description=__doc__)
     parser.add_argument("--port", help="serial port of the board (default: the only ST-Link)")
     parser.add_argument("--profile", help="how the board is wired; without it the profile that is on the board")
     parser.add_argument("--yes", action="store_true", help="do not ask")

@@ -20,7 +20,7 @@ from pathlib import Path
 from PIL import Image
 
 from robotont_driver.link.boot_clock import boot_time
-from robotont_driver.parameters.command_line import CommandLine
+from robotont_driver.parameters.argument_parser import ArgumentParser
 from robotont_driver.parameters.files import read_file, write_file
 from robotont_driver.parameters.yaml_file import read_mapping
 from robotont_fleet import zenoh_keys as keys
@@ -52,8 +52,8 @@ def port(text):
 
 def arguments(given=None):
     """Of the command line."""
-    parser = CommandLine(prog="./robotont fleet", description=__doc__,
-                         formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = ArgumentParser(prog="./robotont fleet", description=__doc__,
+                            formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--network", action="store_true", help="other computers may come, with token and passwords")
     parser.add_argument("--port", type=port, default=8110, help="of the page [8110]")
     parser.add_argument("--router-port", type=port, default=7447, help="of the router, to which robots connect [7447]")

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import rospkg
 
-from robotont_driver.parameters.command_line import CommandLine
+from robotont_driver.parameters.argument_parser import ArgumentParser
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_operations import installation
 
@@ -52,7 +52,7 @@ def address(text):
 
 def parse(arguments=None):
     """Options of the command line."""
-    parser = CommandLine(
+    parser = ArgumentParser(
         prog="./robotont install-robot",
         description="Install services that start Robotont at boot, without any network, under a user "
         "of their own; udev rules that name its boards /dev/robotont and /dev/robotont_SERIALNUMBER; black box.")

@@ -21,7 +21,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from robotont_driver.kinematics.wheel_params import KEYS
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
-from robotont_driver.parameters.command_line import CommandLine
+from robotont_driver.parameters.argument_parser import ArgumentParser
 from robotont_driver.parameters.files import new_file
 from robotont_driver.parameters.parameters import is_number
 from robotont_operations import probes, recorder_node
@@ -174,7 +174,7 @@ def kept(topic, raw):
 def parse_arguments():
     """Options of the command line."""
     folder = next(parameter.default for parameter in recorder_node.PARAMETERS if parameter.name == "folder")
-    parser = CommandLine(
+    parser = ArgumentParser(
         prog="./robotont report",
         description="Pack the black box, versions, and the robot's parameters and logs for whoever is asked for help. "
         "No program whose words are in it knows a password or a token. The names of all nodes and topics are in it, "

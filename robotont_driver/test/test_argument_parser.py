@@ -2,12 +2,12 @@
 
 import pytest
 
-from robotont_driver.parameters.command_line import CommandLine
+from robotont_driver.parameters.argument_parser import ArgumentParser
 
 
 @pytest.fixture(name="parse")
 def _parse():
-    parser = CommandLine(prog="program")
+    parser = ArgumentParser(prog="program")
     parser.add_argument("--robot", default="thesis")
     parser.add_argument("--dry-run", action="store_true")
     parser.add_argument("port", nargs="?")

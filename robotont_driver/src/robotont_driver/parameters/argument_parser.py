@@ -7,14 +7,14 @@ import sys
 from robotont_driver.parameters.parameters import nearest
 
 
-class CommandLine(argparse.ArgumentParser):
-    """An ArgumentParser that also takes its options as name:=value, and tells the nearest to an unknown one."""
+class ArgumentParser(argparse.ArgumentParser):
+    """As argparse's, but also takes its options as name:=value, and tells the nearest to an unknown one."""
 
     def __init__(self, **words):
         super().__init__(allow_abbrev=False, **words)
 
     def parse_args(self, args=None, namespace=None):
-        """As ArgumentParser's."""
+        """As argparse's."""
         words = [self._as_option(word) for word in (sys.argv[1:] if args is None else args)]
         options, unknown = self.parse_known_args([word for word in words if word], namespace)
         if unknown:

@@ -93,7 +93,8 @@ def main(arguments=None):
     try:
         recording = read_recording(options.recording, topics)
         rows, figure = report(*compared(recording, options))
-        for what, value in (*rows, ("packets refused", recording.refused)):
+        for what, value in (*rows, ("packets", len(recording.packets) or f"none on {options.packets}"),
+                            ("packets and poses refused", recording.refused)):
             print(f"{what:42}  {value}")
         figure.savefig(options.output, dpi=110)
     except (ValueError, OSError) as error:

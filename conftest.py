@@ -26,7 +26,7 @@ ROBOTONT_MSGS = Path(os.environ.get("ROBOTONT_MSGS",
 
 # The longest files of each step of ./robotont test begin first: else one is left when all others are done.
 LONG = ("navigation_monitor", "test_web_teleop_node", "status", "goto", "simulator_node", "launches",
-        "calibrate_wheels", "robotont_node", "stack", "simulator_drive", "official_boards", "serial_com_node",
+        "robotont_node", "stack", "simulator_drive", "official_boards", "serial_com_node",
         "test_web_page_looks", "test_nothing_is_left_running", "test_web_page", "test_robotont_script", "test_boot",
         "test_exercise", "test_navigation_launch", "test_fleet_access", "test_firmware_suites", "test_two_launches",
         "test_hands_through_the_mux", "test_gyro", "test_sim_driving", "test_firmware_bounds", "test_sim_faults",

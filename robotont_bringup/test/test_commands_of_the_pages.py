@@ -44,7 +44,7 @@ RUN_BY = {
     "python3 distance.py": "robotont_course/test/test_exercise.py: exercise",
     "python3 examples/square.py": "robotont_demo/test/rostest_examples.py: square",
     "python3 my_square.py": "robotont_demo/test/rostest_examples.py: square",  # its copy
-    "rosrun calibrate_wheels": "robotont_calibration/test/rostest_calibrate_wheels.py: calibrate_wheels",
+    "rosrun calibrate_wheels": "robotont_calibration/test/test_calibrate_wheels.py: calibrate_wheels",
     "rosrun goto": "robotont_map_navigation/test/rostest_goto.py: goto",
     "rosrun install_robot": "robotont_operations/test/test_install_robot.py: install_robot",
     "rosrun keyboard_teleop": "robotont_teleop/test/terminal.py: keyboard_teleop",

@@ -5,13 +5,10 @@ import re
 import tarfile
 import unittest.mock
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import rospy
 import yaml
-from std_msgs.msg import String
 from synthetic_runs import TAPE, TRACKED, drives, recorded, true_of, write_run
 
 from robotont_calibration import calibration_guide
@@ -19,11 +16,10 @@ from robotont_calibration.calibrate_wheels import WHEEL_NOISE, main, read_run
 from robotont_calibration.calibration_runs import errors_along
 from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.odometry_report import main as odometry_report
-from robotont_calibration.recordings import Recording, read_recording
 from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_testing.robots import SHIPPED, UNEVEN_4, WHEEL_PARAMS
+from robotont_testing.robots import SHIPPED, WHEEL_PARAMS
 from robotont_testing.simulated_wheels import PERIOD
 
 OPTIODOM = Path(__file__).parent / "data" / "optiodom"  # an excerpt: drives of a real robot
@@ -184,94 +180,7 @@ def test_a_real_robot(optiodom, tmp_path, capsys):
     assert places[0] < 0.7 * places[1]
 
 
-def test_a_run_is_kept_when_its_user_quits_at_the_question(tmp_path, monkeypatch, capsys):
-    robot = SimpleNamespace(_messages=[("serial_read", String("1:2:3;"), 1.0)], _with_truth=False)
-    monkeypatch.setattr("builtins.input", unittest.mock.Mock(side_effect=KeyboardInterrupt))
-    with pytest.raises(KeyboardInterrupt):
-        calibration_guide._Robot.save(robot, tmp_path / "spin.bag")
-    assert len(read_recording(tmp_path / "spin.bag", {"packets": "serial_read"}).packets) == 1
-    assert f"RUN {tmp_path / 'spin.bag'}=X,Y,YAW" in capsys.readouterr().out
-
-
-def test_the_robot_that_is_driven_is_the_one_whose_packets_are_recorded(monkeypatch):
-    topics = []
-    monkeypatch.setattr(rospy, "get_namespace", lambda: "/robot1/")
-    monkeypatch.setattr(rospy, "resolve_name", lambda name: name if name[0] == "/" else "/robot1/" + name)
-    monkeypatch.setattr(rospy, "Publisher", lambda topic, *_, **__: topics.append(rospy.resolve_name(topic)))
-    monkeypatch.setattr(rospy, "Subscriber",
-                        lambda _topic, _kind, take, *source, **_: take(SimpleNamespace(data="1:2:3;"), *source))
-    monkeypatch.setattr(rospy, "get_time", lambda: 0.0)
-    for packets in ("/robot2/serial_read", "serial_read", "/serial_read"):
-        calibration_guide._Robot(SimpleNamespace(packets=packets, truth=None), read_wheels(SHIPPED))
-    assert topics == ["/robot2/cmd_vel", "/robot1/cmd_vel", "/cmd_vel"]
-    monkeypatch.setattr(calibration_guide, "get_topic_class", lambda _: (None, None, None))
-    with pytest.raises(ValueError, match="found no topic nowhere; is its node running?"):
-        calibration_guide._Robot(SimpleNamespace(packets="serial_read", truth="nowhere"), read_wheels(SHIPPED))
-
-
 def test_the_end_of_the_input_is_told(monkeypatch, capsys):
     monkeypatch.setattr(calibration_guide, "guide", unittest.mock.Mock(side_effect=EOFError))
     assert main(["--guide", "runs", "--wheel-params", str(WHEEL_PARAMS), "-o", "/nowhere/new.yaml"]) == 1
     assert "found the end of the input, allowed: an answer" in capsys.readouterr().err
-
-
-def test_where_it_stands_is_asked_until_the_answer_is_a_place(monkeypatch, capsys):
-    answers = iter(["0 0 ninety", "0.03, -0.05 2"])
-    monkeypatch.setattr("builtins.input", lambda _: next(answers))
-    assert calibration_guide.ask_for_end() == "0.03,-0.05,2"
-    assert "found '0 0 ninety', allowed: X,Y,YAW" in capsys.readouterr().out
-
-
-def test_a_guide_that_cannot_begin_says_why_and_moves_nothing(tmp_path, monkeypatch):
-    options = SimpleNamespace(guide=str(tmp_path), side=1.0, turns=1.0, line=1.0, packets="/elsewhere/serial_read",
-                              truth=None, wheel_params="mine.yaml")
-    for name in ("Publisher", "Subscriber", "get_param"):
-        monkeypatch.setattr(rospy, name, unittest.mock.Mock(return_value="thesis"))
-    monkeypatch.setattr(calibration_guide, "init_tool", lambda _: None)
-    monkeypatch.setattr(calibration_guide, "CONNECTING", 0.01)
-    with pytest.raises(ValueError, match="for packets on /elsewhere/serial_read; is the robot running?"):
-        calibration_guide.guide(options, read_wheels(SHIPPED))
-    robot = unittest.mock.Mock(namespace="/elsewhere/")
-    monkeypatch.setattr(calibration_guide, "_Robot", lambda *_: robot)
-    monkeypatch.setattr(calibration_guide, "running_wheels", lambda _: read_wheels(UNEVEN_4))
-    with pytest.raises(ValueError, match=r"mine.yaml: found other wheels .*--wheel-params .*thesis/wheel_params.yaml"):
-        calibration_guide.guide(options, read_wheels(SHIPPED))
-    robot.record.assert_not_called()
-
-
-def test_a_second_session_in_a_folder_keeps_the_runs_of_the_first(tmp_path, monkeypatch, capsys):
-    """As long as their files are there."""
-    def session(answers):
-        replies = iter(answers)
-        monkeypatch.setattr("builtins.input", lambda _: next(replies))
-        robot = unittest.mock.Mock(record=lambda _: "")
-        robot.save = lambda file: file.write_text(answers) and f"={answers.count('s')},0,0"
-        monkeypatch.setattr(calibration_guide, "_Robot", lambda *_: robot)
-        made = calibration_guide.guide(SimpleNamespace(guide=str(tmp_path), side=1.0, turns=1.0, line=1.0,
-                                                            packets="serial_read", truth=None),
-                                       read_wheels(SHIPPED))
-        topics, *lines = (tmp_path / "runs.txt").read_text().split("\n")[:-1]
-        return [Path(run).name for run in made], lines
-    monkeypatch.setattr(calibration_guide, "init_tool", lambda _: None)
-    monkeypatch.setattr(calibration_guide, "running_wheels", lambda _: read_wheels(SHIPPED))
-    first, kept = session("  qn")
-    assert (first, kept) == (["square.bag=0,0,0", "square_clockwise.bag=0,0,0"], [f"{tmp_path}/{run}" for run in first])
-    second, both = session("s  q")
-    assert (second, both) == (["square_clockwise_2.bag=1,0,0", "spin.bag=1,0,0"],
-                              [f"{tmp_path}/{run}" for run in first + second])
-    assert (tmp_path / "square_clockwise.bag").read_text() == "  qn"
-    (tmp_path / "square.bag").unlink()
-    assert session(" q")[1] == [*both[1:], f"{tmp_path}/square.bag=0,0,0"]
-    assert f"@{tmp_path}/runs.txt" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(("counts", "rests"), [
-    ([0.0], True), ([1, -1], True), ([-1, 0, 1], True), ([0.1] * 9 + [-0.9], True),  # a wheel that hunts for its edge
-    ([1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0], False), ([2, -2], False), ([1, 1, -1], False)])
-def test_a_robot_rests_when_no_wheel_gets_an_edge_away(counts, rests):
-    robot = calibration_guide._Robot.__new__(calibration_guide._Robot)
-    robot._recording = Recording()
-    for number in range(40):
-        robot._recording.packets.append((0.02 * number, (0, counts[number % len(counts)], 0)))
-        assert not robot._rests() or number >= 24
-    assert robot._rests() == rests

@@ -52,8 +52,8 @@ def press_mouse(page, selector, right=0.0, button="left"):
         page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, clickCount=1)
 
 
-def png():
-    """A map's picture."""
+def png(width=80):
+    """A picture."""
     file = io.BytesIO()
-    Image.new("L", (80, 40)).save(file, "PNG")
+    Image.new("L", (width, 40)).save(file, "PNG")
     return file.getvalue()

@@ -68,23 +68,12 @@ def test_each_key_has_words_in_the_product_that_it_knows():
 
 
 @pytest.mark.parametrize("task, words, key", [
-    ("robot1/serial_com_node: link", "/dev/ttyACM0: No such file or directory".lower(), "port_missing"),
-    ("serial_com_node: link", "port open, but no packets: is the firmware running, at this baudrate?", "board_silent"),
-    ("serial_com_node: link", "/dev/ttyACM0: no packet for 5 s; is the board still plugged in?", "board_silent"),
-    *(("serial_com_node: board", words, "board_unknown") for words in (
-        "the board speaks robotont2, which does not fit this robot (...): robot:=robotont2",
-        "the board drives 4 wheels, wheelAmount is 3: robot:= one with 4 wheels and 50 Hz (docs/robots.md)",
-        "100 packets come per second instead of 50 (pidControlFrequency): another robot's board, other firmware, or "
-        "most of its lines are lost; not driven", OLD)),
+    ("robot1/serial_com_node: link", "/dev/ttyACM0: no packet for 5 s; is the board plugged in?", "board_silent"),
+    ("serial_com_node: board", "100 packets come per second instead of 50 (pidControlFrequency): another robot's "
+     "board, other firmware, or most of its lines are lost; not driven", "board_unknown"),
+    ("serial_com_node: board", OLD, "board_unknown"),
     ("serial_com_node: board", "the battery is low at 9.9 V: charge it", "battery_low"),
-    ("cmd_vel_mux: who drives", "no driver_node hears its commands", "no_driver"),
-    ("cmd_vel_mux: who drives", "/a also on cmd_vel: commands may mix; use cmd_vel/default", "other_publisher"),
     ("serial_com_node: link", "60 packets come per second instead of 50 (pidControlFrequency)", "wrong_rate"),
-    ("odom_node: stamps", "periods are +3 % longer than pidControlFrequency or more: stamps may be off", "wrong_rate"),
-    ("odom_node: stamps", "the clock was set forward by 3 s", ""),
-    ("navigation_monitor: motion", "something holds the robot", "held"),
-    ("fleet_node: fleet", "no answer from tcp/teacher:7447: does ./robotont fleet run there?", "fleet_silent"),
-    ("cmd_vel_mux: guard", "in the way: something ahead, 0.06 m from the robot", "in_the_way"),
-    ("a: something new", "in words of its own", "")])
+    ("odom_node: stamps", "the clock was set forward by 3 s", "")])
 def test_a_fault_has_the_key_of_its_own_words_and_not_of_its_task(task, words, key):
     assert fault_key(task, words) == key

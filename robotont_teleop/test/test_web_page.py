@@ -98,14 +98,12 @@ def test_whatever_button_has_the_focus_keys_drive_and_choose_the_speed_and_space
         wait_for(lambda: not drives(served), "the stop")
     for place, element in enumerate(("language", "stop", "reset_odometry")):
         page.run(f"$({element!r}).focus()")
-        type_key(page, "Space", 32, " ")
+        for kind, text in (("keyDown", " "), ("keyUp", "")):  # with all that browsers need to act on it themselves
+            page.call("Input.dispatchKeyEvent", type=kind, code="Space", key=" ", windowsVirtualKeyCode=32, text=text)
         wait_for(lambda place=place: served.robot.orders.count(("press",)) > place, f"the stop from {element}")
     page.run("document.body.dispatchEvent(new KeyboardEvent('keydown', {key: ' ', bubbles: true})) && 0")
     wait_for(lambda: served.robot.orders.count(("press",)) > 3, "the stop by a space bar of which no code is known")
     assert page.run("document.documentElement.lang") == "de", "the space bar pressed the button as well"
-    page.run("$('language').focus()")
-    type_key(page, "Enter", 13, "\r")
-    page.wait("document.documentElement.lang === 'et'", "the language after that")
 
 
 def test_the_token_leaves_the_address_each_time_the_code_is_scanned(browser, guarded):
@@ -137,14 +135,6 @@ navigator.getGamepads = () => [null, window.pad];""")
     page.run("(pad.buttons[1] = {pressed: true, value: 1}) && 0")
     wait_for(lambda: served.robot.stopped, "STOP")
     page.close()
-
-
-def type_key(page, code, number, text=""):
-    """A key with all that browsers need to act on it themselves."""
-    key = text or code
-    kind = "keyDown" if text else "rawKeyDown"
-    page.call("Input.dispatchKeyEvent", type=kind, code=code, key=key, windowsVirtualKeyCode=number, text=text)
-    page.call("Input.dispatchKeyEvent", type="keyUp", code=code, key=key, windowsVirtualKeyCode=number)
 
 
 def level(page):
@@ -204,9 +194,7 @@ def test_a_page_that_was_overtaken_is_told(page, served):
 
 
 def test_a_stall_shows_nothing_old_and_a_stop_that_it_swallows_goes_out_on_the_next_connection(browser, served):
-    report(served, given={"velocity": [0.2, 0.0, 0.1]}, board="this one",
-           battery={"voltage": 12.0, "charge": 0.9})
-    served.robot.name = "robot7"
+    report(served, given={"velocity": [0.2, 0.0, 0.1]})
     kind, code = served.server.files["server_link.js"]
     assert b"LOST = 6000;" in code
     served.server.files["server_link.js"] = kind, code.replace(b"LOST = 6000;", b"LOST = 1500;")
@@ -214,7 +202,6 @@ def test_a_stall_shows_nothing_old_and_a_stop_that_it_swallows_goes_out_on_the_n
     page = open_page(browser, proxy, script="window.sockets = 0; window.WebSocket = class extends WebSocket {"
                      "constructor(...given) { super(...given); window.sockets += 1; }};")
     page.wait("$('speed').textContent === '0.20' && $('turning').textContent === '0.10'", "numbers")
-    assert page.run("document.title") == page.text("#robot") == "robot7"
     proxy.stall()
     page.wait("['speed', 'turning'].every((id) => $(id).textContent === '–')", "no numbers")
     assert not page.run("new Promise((done) => setTimeout(() => done($('view').classList.contains('live')), 300))")
@@ -229,12 +216,9 @@ def test_a_stall_shows_nothing_old_and_a_stop_that_it_swallows_goes_out_on_the_n
     page.wait("$('stop_waits').hidden && !$('stopped').hidden", "words about the stop")
     page.wait("$('speed').textContent === '0.20'", "numbers")
     page.wait("$('summary').textContent === 'All is well (1)'", "the robot's health, which comes by itself")
-    assert page.text("#charge") == "90 %"
     proxy.close()
-    page.wait("$('summary').textContent === 'No connection' && !$('facts').innerText.includes('this one')",
+    page.wait("$('summary').textContent === 'No connection' && !$('lights').childElementCount",
               "a panel that knows nothing")
-    assert page.run("$('lights').childElementCount") == 0
-    assert page.box("#battery")[3] == 0, "its height"
     page.close()
 
 

@@ -1,14 +1,11 @@
 """The server against browsers that mean well: what moves the robot."""
 
 import asyncio
-import io
-import json
 import socket
 import time
 from types import SimpleNamespace
 
 import pytest
-from PIL import Image
 
 from robotont_teleop.hand.speeds import STOP
 from robotont_testing.harness import wait_for
@@ -121,14 +118,3 @@ def test_no_command_waits_behind_a_picture(served):
         page.drive(0.3)
         page.order("take", 0)
         wait_for(lambda: served.robot.moved and "late" in page.messages, "the command and the answer")
-
-
-def test_the_home_screen_gets_its_icons(served):
-    """All other files are fetched by the browser of `test_web_page`, which complains."""
-    _, headers, manifest = served.request("GET", "/manifest.webmanifest")
-    assert headers["Content-Type"].startswith("application/manifest+json")
-    for icon in json.loads(manifest)["icons"]:
-        status, headers, body = served.request("GET", "/" + icon["src"])
-        assert (status, headers["Content-Type"]) == (200, icon["type"])
-        if icon["type"] == "image/png":
-            assert "{}x{}".format(*Image.open(io.BytesIO(body)).size) == icon["sizes"]

@@ -82,14 +82,11 @@ def invitation(url, access, terminal):
         return []
     if not terminal:
         return [f"token, asked for once: cat {access.file}"]
+    sys.stdout.reconfigure(errors="replace")  # a terminal without UTF-8 shows the token alone
     import qrcode  # here: of 4.5 MiB, which fleet_node does not need
     code = qrcode.QRCode(border=2)
     code.add_data(f"{url}#token={access.token}")  # the part after # is sent to no server and written to no log
     picture = io.StringIO()
     code.print_ascii(picture, invert=True)
     rows = [LIGHT_ON_BLACK + row + RESET for row in picture.getvalue().replace("\xa0", " ").splitlines() if row]
-    try:
-        "".join(rows).encode(sys.stdout.encoding or "ascii")
-    except UnicodeEncodeError:  # a terminal that cannot show it
-        rows = [f"{url}#token={access.token}"]
     return ["", *rows, "", f"token, asked for once: {access.token}"]

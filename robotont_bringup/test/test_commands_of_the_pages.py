@@ -42,8 +42,8 @@ RUN_BY = {
     "./robotont which": "robotont_driver/test/test_which_robot.py: which",
     "python3 examples/plot_bag.py": "robotont_demo/test/test_examples.py: plot_bag",
     "python3 distance.py": "robotont_course/test/test_exercise.py: exercise",
-    "python3 examples/square.py": "robotont_demo/test/rostest_examples.py: square",
-    "python3 my_square.py": "robotont_demo/test/rostest_examples.py: square",  # its copy
+    "python3 examples/square.py": "robotont_demo/test/test_examples.py: square",
+    "python3 my_square.py": "robotont_demo/test/test_examples.py: square",  # its copy
     "rosrun calibrate_wheels": "robotont_calibration/test/test_calibrate_wheels.py: calibrate_wheels",
     "rosrun goto": "robotont_map_navigation/test/rostest_goto.py: goto",
     "rosrun install_robot": "robotont_operations/test/test_install_robot.py: install_robot",

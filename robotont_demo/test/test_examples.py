@@ -1,18 +1,94 @@
-"""Parts of examples/ by themselves; how each drives: `rostest_examples.py`."""
+"""Files of examples/ in a time of their own, on a robot that does at once what it is told: each does what it says."""
 
 import math
 import runpy
 import subprocess
 import sys
 from pathlib import Path
-from unittest.mock import MagicMock, patch
+from types import SimpleNamespace
+from unittest.mock import patch
 
+import numpy as np
 import pytest
+from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rosbag import Bag
 from sensor_msgs.msg import LaserScan
 
+from robotont_driver.kinematics import se2
+
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+SQUARE = [(0.5, 0.0), (0.5, 0.5), (0.0, 0.5)]  # [m]
+PERIOD, WALL = 0.02, 1.0  # [s] of the odometry and of the scan, [m] ahead of where the robot starts
+
+
+class Drive:
+    """A run of an example, until Ctrl-C at a time [s]; `way`: K x 3 poses as seen from the start."""
+
+    def __init__(self, name, ctrl_c=math.inf, scan=None):
+        self._now, self._ctrl_c, self._scan, self._ended = 0.0, ctrl_c, scan, False
+        self._hooks, self._heard_by = [], {}
+        self._pose, self._poses, self.commands = (3.0, -1.0, 2.0), [], [Twist()]
+        rospy = SimpleNamespace(
+            init_node=lambda _: None, on_shutdown=self._hooks.append, signal_shutdown=self._end,
+            is_shutdown=lambda: self._ended, spin=lambda: self._sleep(120.0), sleep=self._sleep,
+            Rate=lambda rate: SimpleNamespace(sleep=lambda: self._sleep(1 / rate)),
+            Time=SimpleNamespace(now=lambda: self._now), Duration=float,
+            Publisher=lambda *_, **__: SimpleNamespace(publish=self._publish, get_num_connections=lambda: 1),
+            Subscriber=lambda topic, _kind, callback, **_: self._heard_by.update({topic: callback}))
+        with patch.dict("sys.modules", rospy=rospy):
+            runpy.run_path(str(EXAMPLES / f"{name}.py"))
+        self.way = np.transpose(se2.between(self._poses[0], np.transpose(self._poses)))
+
+    def _publish(self, command):
+        if not self._ended:
+            self.commands.append(command)
+
+    def _end(self, _why):
+        for hook in self._hooks:
+            hook()
+        self._ended = True
+
+    def _sleep(self, seconds):
+        end = self._now + seconds
+        while self._now < end - PERIOD / 2 and not self._ended:
+            speed = self.commands[-1]
+            step = se2.arc((PERIOD * speed.linear.x, PERIOD * speed.linear.y, PERIOD * speed.angular.z))
+            self._pose = se2.compose(self._pose, step)
+            self._poses.append(self._pose)
+            self._now += PERIOD
+            odometry, (x, y, yaw) = Odometry(), self._pose
+            odometry.pose.pose.position.x, odometry.pose.pose.position.y = x, y
+            odometry.pose.pose.orientation.z, odometry.pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+            gap = WALL - se2.between(self._poses[0], self._pose)[0]
+            scan = self._scan or LaserScan(range_max=4.0, ranges=[gap])
+            for topic, message in (("odom", odometry), ("scan", scan)):
+                self._heard_by.get(topic, id)(message)
+            if self._now >= self._ctrl_c:
+                self._end("Ctrl-C")
+
+
+@pytest.mark.parametrize("name, corners, near, turned", [
+    ("square", SQUARE, 0.15, 2 * math.pi), ("square_by_odometry", SQUARE, 0.05, 2 * math.pi),
+    ("follow_path", [(0.6, 0.0), (0.9, 0.3), (0.6, 0.6), (0.0, 0.6)], 0.06, 0.0)])
+def test_a_way_passes_its_corners_and_ends_where_it_began(name, corners, near, turned):
+    way = Drive(name).way
+    for corner in (*corners, (0.0, 0.0)):
+        assert np.linalg.norm(way[100:, :2] - corner, axis=1).min() < near, corner
+    assert way[-1] == pytest.approx((0.0, 0.0, turned), abs=near)
+    assert turned or np.abs(way[:, 2]).max() < 0.05
+
+
+def test_keep_distance_comes_to_half_a_metre_from_the_wall():
+    assert WALL - Drive("keep_distance").way[-1, 0] == pytest.approx(0.5, abs=0.03)
+
+
+@pytest.mark.parametrize("name", ["square", "square_by_odometry", "follow_path", "keep_distance"])
+def test_ctrl_c_sends_a_zero(name):
+    """What comes after rospy's end is not sent any more."""
+    commands = Drive(name, 1.0).commands
+    assert commands[-2].linear.x > 0.1
+    assert commands[-1] == Twist()
 
 
 @pytest.mark.parametrize("first", [-0.5, 2 * math.pi - 0.5])
@@ -21,13 +97,9 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
     (math.inf, 0.4, 0.2), (math.nan, math.inf, 0.0), (9.0, 9.0, 0.0)])
 def test_keep_distance_follows_from_what_is_ahead_alone(ahead, beside, speed, first):
     """A post that is nearer than the sensor measures: the example drove on, for beside it there was nothing."""
-    rospy = MagicMock()
-    with patch.dict("sys.modules", rospy=rospy):
-        runpy.run_path(str(EXAMPLES / "keep_distance.py"))
-    on_scan = rospy.Subscriber.call_args[0][2]
-    on_scan(LaserScan(angle_min=first, angle_increment=0.1, range_min=0.3, range_max=4.0,
-                      ranges=[beside] * 3 + [ahead] * 5 + [beside] * 3))
-    assert rospy.Publisher.return_value.publish.call_args[0][0].linear.x == pytest.approx(speed)
+    scan = LaserScan(angle_min=first, angle_increment=0.1, range_min=0.3, range_max=4.0,
+                     ranges=[beside] * 3 + [ahead] * 5 + [beside] * 3)
+    assert Drive("keep_distance", PERIOD, scan).commands[1].linear.x == pytest.approx(speed)
 
 
 def plot_bag(file):

@@ -22,4 +22,4 @@ ENCODERS += (("PA8", "PA9", 1, 1),)  # A pin, B pin, timer (channels 1 and 2), a
 BACKWARD_ENCODERS += (False,)
 PWM += (("PC9", 8, 4, 3),)  # pin, timer, channel, alternate function
 DIRECTIONS += (("PB1", "PB2"),)  # high while forward, high while backward
-FAULTS = ("PC12", *FAULTS[1:], "PD2")
+FAULTS = ("PC12",) + FAULTS[1:] + ("PD2",)  # (MicroPython knows no star in it)

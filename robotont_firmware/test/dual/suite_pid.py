@@ -148,6 +148,17 @@ def test_who_stands_is_held_against_what_moves_it_and_is_not_driven_back():
             assert bench.effort * load >= 0, (load, bench.effort)
 
 
+def test_who_was_never_seen_to_follow_its_effort_is_only_shorted_against_a_push():
+    """Its encoder may count backward: more would drive it on."""
+    for counts in (30, -60):
+        fresh, driven = Pid(config, Numbers(config)), Pid(config, Numbers(config))
+        for speed in (40, 40, 40, 40):
+            driven.step(40 * 256, speed, 1, 0, 0)
+        driven.stop(0, 1, True, 19660)
+        assert abs(fresh.stop(counts, 1, True, 19660)) == 1
+        assert abs(driven.stop(counts, 1, True, 19660)) > 100
+
+
 def test_a_stopped_wheel_is_not_driven_back():
     for units in (100, -100):
         bench = Bench(tau=160).run(units, 50).run(0, 60)

@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from synthetic_runs import NOISE, TAPE, recorded, taped_runs, tracked_runs, true_of
+from synthetic_runs import NOISE, TAPE, drives, recorded, taped_runs, tracked_runs, true_of
 
 from robotont_calibration import calibration_runs
 from robotont_calibration.calibration_runs import taped_run, tracked_run
 from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.linear_runs import linear_runs
+from robotont_calibration.next_run import next_run
 from robotont_calibration.trajectory import Trajectory
 from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.kinematics.kinematics import Kinematics
@@ -91,6 +92,15 @@ def test_an_outlying_run_loses_its_weight():
 def test_runs_that_repeat_a_drive_are_found():
     assert calibration_runs.repeats([*taped_runs(SHIPPED), *taped_runs(SHIPPED, 50)]) == [
         [index, index + 6] for index in range(6)]
+
+
+def test_the_run_that_is_advised_determines_most():
+    """After lines only, a turn or a square; after a hundred of everything, nothing."""
+    unknowns = FreeParameters(SHIPPED)
+    name, before, after = next_run(calibrated(list(taped_runs(SHIPPED))[4:]), unknowns, TAPE)
+    assert "sideways" not in name
+    assert after < before / 2
+    assert next_run(calibrated(tracked_runs(SHIPPED, driven=drives(4))), unknowns, TAPE) is None
 
 
 def test_only_turns_determine_where_the_point_is():

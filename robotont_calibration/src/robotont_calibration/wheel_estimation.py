@@ -124,6 +124,14 @@ def _likely_slip(groups, free):
     return math.exp(found.x)
 
 
+def information(run, free, found):
+    """P x P information that a further `Run` would add to the `Calibration` found, with its noise and slip."""
+    model, = linear_runs(free, found.values, [run])
+    curvature = _group([model.whitened((found.wheel_noise, found.measured), 1.0)], found.values).curvature
+    own = _own(free, found.slip)
+    return np.linalg.inv(np.eye(len(own)) + curvature @ own) @ curvature
+
+
 def _own(free, slip):
     """P x P covariance of one drive's parameters around the common ones."""
     return np.diag((slip * np.where(np.char.startswith(free.names, "point"), POINT_SLIP, 1.0)) ** 2)

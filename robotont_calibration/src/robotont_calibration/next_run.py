@@ -1,0 +1,41 @@
+"""The run that would improve a calibration most."""
+
+import math
+
+import numpy as np
+
+from robotont_calibration.calibration_runs import Run, poses_at_marks, taped_run
+from robotont_calibration.linear_runs import linear_runs
+from robotont_calibration.standard_drives import calibration_drives
+from robotont_calibration.wheel_estimation import information
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.kinematics.wheel_params import read_wheels
+
+LITTLE = 0.9     # another run is recommended when it leaves less than this part of the expected error
+
+
+def next_run(found, free, deviation):
+    """(name of a drive, expected error [m] at the end of the drives now, and then); None: no run would improve much.
+
+    found: `Calibration`. free: those that it was made with. deviation: place [m] and yaw [rad] of a measured end.
+    Judged by the root mean square of the place over all these drives that the parameters' uncertainty makes.
+    """
+    wheels = read_wheels(found.parameters)
+    runs = [_ideal_run(what, wheels, twists, deviation)
+            for _, what, _, twists in calibration_drives(wheels.pid_frequency)]
+    slopes = [model.slopes[:2] for model in linear_runs(free, found.values, runs)]
+
+    def expected(covariance):
+        return math.sqrt(np.mean([np.trace(slope @ covariance @ slope.T) for slope in slopes]))
+    now = expected(found.covariance)
+    prior = np.linalg.inv(found.covariance)
+    then, name = min((expected(np.linalg.inv(prior + information(run, free, found))), run.name) for run in runs)
+    return (name, now, then) if then < LITTLE * now else None
+
+
+def _ideal_run(name, wheels, twists, deviation):
+    """`Run` of a robot that drives exactly these twists, measured at its end."""
+    counts = np.array(list(twists)) @ Kinematics(wheels).matrix.T / np.array(wheels.metres_per_edge) \
+        / wheels.pid_frequency
+    run = taped_run(name, counts, (0.0, 0.0, 0.0), deviation)
+    return Run(*run[:3], poses_at_marks(wheels, run), *run[4:])

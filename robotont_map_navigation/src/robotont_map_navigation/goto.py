@@ -12,8 +12,8 @@ from robotont_map_navigation.goal import Goal, Outcome, Status
 from robotont_map_navigation.goto_client import PATIENCE, GoTo
 from robotont_map_navigation.tool import run_tool
 
-EXIT_STATUS = """exit status: 0 reached; 1 move_base gave up; 2 wrong arguments; 3 no move_base, or it died;
-4 another goal took its place; 6 refused: the map has no room there, or an emergency stop is pressed;
+EXIT_STATUS = """exit status: 0 reached; 1 got nowhere; 2 wrong arguments; 3 no move_base, or it died; 4 cancelled by
+somebody, another goal or an emergency stop; 6 refused: the map has no room there, or an emergency stop is pressed;
 7 as near as possible, but not there; 8 the robot does not know where it is; 130 Ctrl-C (the goal is cancelled first)"""
 
 

@@ -25,6 +25,7 @@ for bag in bags:
     plt.plot([place.x for place in way], [place.y for place in way], label=bag.stem)
     print(f"{len(way)} poses: {picture}")
 plt.axis("equal")
+plt.title("odometry: where the robot believes it is")
 plt.xlabel("x [m]")
 plt.ylabel("y [m]")
 plt.legend()

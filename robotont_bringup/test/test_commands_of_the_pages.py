@@ -62,7 +62,9 @@ RUN_BY = {
     "roslaunch slam.launch": "robotont_map_navigation/test/test_navigation_launch.py: slam.launch",
     "roslaunch teleop.launch": "robotont_teleop/test/test_hands_through_the_mux.py: teleop.launch",
     "catkin_make": OTHERS + "a workspace of catkin_make, minutes",
-    "git clone": OTHERS + "the network", "journalctl": OTHERS + "systemd", "ssh": OTHERS + "a second machine",
+    "rosrun my_square.py": OTHERS + "a workspace of catkin_make", "roslaunch my.launch": OTHERS + "the same",
+    "git clone": OTHERS + "the network", "git stash": OTHERS + "git",
+    "journalctl": OTHERS + "systemd", "ssh": OTHERS + "a second machine",
     "rosbag": OTHERS + "rosbag", "rosnode": OTHERS + "rosnode", "rostopic": OTHERS + "rostopic",
     "sudo": OTHERS + "apt, systemd", "wsl": OTHERS + "Windows",
 }
@@ -151,8 +153,8 @@ def test_files_and_tests_that_pages_name_exist():
         name for path in paths if path.suffix == ".py" and "test" in path.name
         for name in re.findall(r"def (test_\w+)", path.read_text(encoding="utf-8"))}
     theirs = {"rs_camera.launch", "foxglove_bridge.launch", "robotont_bringup.launch",  # of others
-              "my_room.yaml", "my_square.py", "notes.txt", "runs.txt", "robotont_fleet_stops_8110.json",  # made later
-              "pin_profile_NAME.py"}
+              "my_room.yaml", "my_square.py", "my.launch", "notes.txt", "runs.txt",  # made later
+              "robotont_fleet_stops_8110.json", "pin_profile_NAME.py"}
     a_name = re.compile(r"[\w./-]+\.(?:py|test|launch|js|yaml|xacro|html|css|bash|txt|json)\b|\btest_\w+")
     named = {(path.name, name.rpartition("/")[2])
              for path in [*ROOT.glob("docs/*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]

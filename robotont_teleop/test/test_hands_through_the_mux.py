@@ -1,38 +1,29 @@
-"""Whatever starts before the robot, nothing of a hand reaches cmd_vel but through the mux, and each hand drives."""
+"""Whatever starts before the mux, nothing of a hand reaches cmd_vel but through it, and each hand drives."""
 
-import contextlib
+import itertools
 import os
 
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
+from sensor_msgs.msg import Joy
 from terminal import Terminal
 from web_client import Client
 
 from robotont_driver.rospy_repairs.rospy_internals import connection_header
+from robotont_testing import places
 from robotont_testing.harness import Master, free_port, in_own_process, wait_for
-from robotont_testing.stand_in_board import Board
 
-# Stand-ins of the packages joy and teleop_twist_joy, which Debian lacks: a stick that moves while its button is held.
-JOY = """import rospy
-from sensor_msgs.msg import Joy
-rospy.init_node("joy_node")
-publisher, rate, number = rospy.Publisher("joy", Joy, queue_size=1), rospy.Rate(20), 0
-while not rospy.is_shutdown():
-    number += 1
-    publisher.publish(Joy(axes=[0, 0.5 + 0.01 * (number % 2), 0, 0], buttons=[0, 0, 0, 0, 1, 0, 0, 0]))
-    rate.sleep()
-"""
+# Stand-ins of the packages joy and teleop_twist_joy, which Debian lacks; this test has the stick.
+JOY = "import signal\nsignal.pause()\n"
 TWIST = """import rospy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, Vector3
 from sensor_msgs.msg import Joy
 rospy.init_node("teleop_twist_joy")
-publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+publisher, given = rospy.Publisher("cmd_vel", Twist, queue_size=1), rospy.get_param("~")
 def on_joy(message):
-    twist = Twist()
-    twist.linear.x = rospy.get_param("~scale_linear/x") * message.axes[rospy.get_param("~axis_linear/x")]
-    if message.buttons[rospy.get_param("~enable_button")]:
-        publisher.publish(twist)
+    if message.buttons[given["enable_button"]]:
+        publisher.publish(Vector3(x=given["scale_linear"]["x"] * message.axes[given["axis_linear"]["x"]]), Vector3())
 rospy.Subscriber("joy", Joy, on_joy)
 rospy.spin()
 """
@@ -46,11 +37,6 @@ def make_package(folder, name, program, text):
     file.chmod(0o755)
 
 
-def open_page(client):
-    with contextlib.suppress(OSError):
-        return client.ready_page()
-
-
 @in_own_process
 def test_the_hands_first():
     """Other tests have the robot first."""
@@ -59,26 +45,23 @@ def test_the_hands_first():
         make_package(master.folder, "teleop_twist_joy", "teleop_node", TWIST)
         os.environ["ROS_PACKAGE_PATH"] = f"{master.folder}:{os.environ['ROS_PACKAGE_PATH']}"
         rospy.init_node("hands", disable_signals=True)
-        rospy.set_param("/run_id", "hands")  # of two roslaunches that make one at once the second ends
         senders, hands = set(), set()
         rospy.Subscriber("cmd_vel", Twist, lambda message: senders.add(connection_header(message)["callerid"]))
         rospy.Subscriber("cmd_vel/hand", Twist, lambda message: message.linear.x and hands.add(
             connection_header(message)["callerid"]))
-        keys, board = Terminal(), Board(str(master.folder / "board"))
-        board.plug()
-        master.launch("gamepad.launch")
-        master.launch("teleop.launch", f"web_port:={client.port}")
-        master.launch("robot.launch", f"port:={board.link}", "description:=false")
+        keys, stick, positions = Terminal(), rospy.Publisher("joy", Joy, queue_size=1), itertools.cycle((0.5, 0.6))
+        master.launch("teleop.launch", "gamepad:=true", f"web_port:={client.port}")
         try:
-            page = wait_for(lambda: open_page(client), "the page", 60.0, period=0.2)
+            page = client.awaited_page()
+            master.start(places.program("robotont_teleop", "cmd_vel_mux"))
 
             def each_has_driven():
                 page.drive(0.2)
                 keys.type("w")
-                return len(hands) == 3 and any(board.speeds)
+                stick.publish(axes=[0, next(positions), 0, 0], buttons=[0, 0, 0, 0, 1, 0, 0, 0])
+                return len(hands) == 3 and senders
             wait_for(each_has_driven, "all three hands", 60.0, period=0.1)
             publishers, _, _ = rosgraph.Master("/test").getSystemState()
             assert senders | set(dict(publishers)["/cmd_vel"]) == {"/cmd_vel_mux"}
         finally:
             keys.end()
-            board.close()

@@ -62,7 +62,7 @@ class Robot:
         self.server = processes.start(*hand("web.web_teleop_node"), f"_port:={port}", **given)
         self.listener = processes.start(*find_node("rosbag", "record"), "-q", "-O", processes.folder / "bag", *TOPICS)
         self.client = Client(port).__enter__()
-        self.page = wait_for(self._open, "the page", timeout=60.0, period=0.2)
+        self.page = self.client.awaited_page()
         self.keys = Terminal(program=hand("hand.keyboard_teleop"))
         wait_for(lambda: "robot" in self.keys.line, "the keys", timeout=60.0)
         rospy.wait_for_service("emergency_stop/release", 20.0)
@@ -73,10 +73,6 @@ class Robot:
         for by in BY:  # whoever hangs afterwards, each is connected
             self.release()
             self.delay(by)
-
-    def _open(self):
-        with contextlib.suppress(OSError):
-            return self.client.ready_page()
 
     def _drive(self):
         if self.speed is not None:

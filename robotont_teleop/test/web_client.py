@@ -87,6 +87,13 @@ class Client(LoopClient):
         wait_for(lambda: {"hello", "state", "status"} <= set(page.messages), "the first messages")
         return page
 
+    def awaited_page(self):
+        """Likewise, of a server that may still start."""
+        def opened():
+            with contextlib.suppress(OSError):
+                return self.ready_page()
+        return wait_for(opened, "the page", 60.0, period=0.2)
+
 
 class Served(Client):
     """The server in the same loop as its clients, for a `with` block."""

@@ -54,7 +54,7 @@ RUN_BY = {
     "rosrun robot": "robotont_bringup/test/test_commands_of_the_pages.py: robot",
     "roslaunch display.launch": "robotont_bringup/test/rostest_rviz.py: display.launch",
     "roslaunch fleet.launch": "robotont_operations/test/test_install_robot.py: fleet.launch",
-    "roslaunch gamepad.launch": "robotont_teleop/test/test_hands_through_the_mux.py: gamepad.launch",
+    "roslaunch gamepad.launch": "robotont_teleop/test/test_hands_through_the_mux.py: gamepad:=true",
     "roslaunch navigation.launch": "robotont_map_navigation/test/test_navigation_launch.py: navigation.launch",
     "roslaunch robot.launch": "robotont_bringup/test/rostest_stack.py: robot.launch",
     "roslaunch rs_camera.launch": HARDWARE,

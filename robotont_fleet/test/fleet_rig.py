@@ -14,7 +14,7 @@ from robotont_testing.harness import Master, free_port, wait_for
 from robotont_testing.loop_client import LoopClient
 from robotont_testing.robots import SHIPPED
 from robotont_testing.stalling_proxy import StallingProxy
-from robotont_testing.stand_in_board import Board
+from robotont_testing.stand_in_board import COMMAND_TIMEOUT, Board, speeds_of
 
 PATIENCE, TO_WHEELS = 60.0, 0.2  # [s]
 HERE = Path(__file__).resolve().parent
@@ -128,6 +128,12 @@ class RobotRig:
     def drives(self):
         return any(self.board.speeds)
 
+    def stood_at(self):
+        """[s] when the newest motion of its wheels ended: with the next command, or with the board's time-out."""
+        heard = list(self.board.heard)
+        newest = max(number for number, (_, line) in enumerate(heard) if any(speeds_of(line.encode(), 3) or ()))
+        return min(heard[newest][0] + COMMAND_TIMEOUT, *(when for when, _ in heard[newest + 1:]), time.monotonic())
+
 
 def memory(pid):
     """[MiB] resident."""
@@ -137,29 +143,18 @@ def memory(pid):
 def watch_stop(rig, reached):
     """[s] of each robot from when it could be reached until its wheels stood, once the page says so of all.
 
-    reached(view): {name: when [s]} of those that can be. Fails where the page says more than is true, and where one
-    drives on afterwards. Zeros may take TO_WHEELS from driver_node to the wheels.
+    reached(view): {name: when [s]} of those that can be. Fails where the page says more than is true: zeros may take
+    TO_WHEELS from driver_node to the wheels.
     """
-    stood, since, untrue = {}, {}, {}
+    since, told = {}, {}
 
-    def look():
+    def all_stand():
         view = rig.view()
         since.update({name: when for name, when in reached(view).items() if name not in since})
-        for name, robot in rig.robots.items():
-            now = time.monotonic()
-            if robot.drives:
-                stood.pop(name, None)
-            else:
-                stood.setdefault(name, now)
-            if robot.drives and name in view["stop"]["stand"]:
-                assert now - untrue.setdefault(name, now) < TO_WHEELS, f"the page says that {name} stands"
-            else:
-                untrue.pop(name, None)
+        told.update({name: time.monotonic() for name in view["stop"]["stand"] if name not in told})
         return set(view["stop"]["stand"]) == set(rig.robots)
-    wait_for(lambda: look() and len(stood) == len(rig.robots), "all to stand by the page's word", PATIENCE, 0.005)
-    took = [max(0.0, when - since.get(name, when)) for name, when in stood.items()]
-    end = time.monotonic() + 0.3
-    while time.monotonic() < end:
-        look()
-        assert set(stood) == set(rig.robots), "one drives on"
-    return took
+    wait_for(all_stand, "all to stand by the page's word", PATIENCE)
+    time.sleep(0.3)
+    stood = {name: robot.stood_at() for name, robot in rig.robots.items()}
+    assert not [name for name, when in stood.items() if when > told[name] + TO_WHEELS], "the page says that it stands"
+    return [max(0.0, when - since.get(name, when)) for name, when in stood.items()]

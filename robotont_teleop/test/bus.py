@@ -1,9 +1,13 @@
 """Nodes without ROS, in a test's own time: what they send is kept, what they hear is handed to them."""
 
+import math
 from collections import defaultdict
 from types import SimpleNamespace
 
+import rosgraph
 import rospy
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from std_msgs.msg import Header
 
 from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
 
@@ -20,13 +24,17 @@ class Bus:
         self.parameters = {}           # of the server, by name as they are asked for
         self.services, self.reports = {}, {}    # callbacks by name; of the diagnostics by subject
         self.work = []                 # what the node's threads do
+        self.publishers = {}           # as the master tells: names of nodes by topic
         self.published = 0             # diagnostics before their time
         self._headers = {}             # one for each connection
         for name, stand_in in (("Publisher", self._publisher), ("Subscriber", self._subscriber),
                                ("Service", lambda name, _, callback: self.services.update({name: callback})),
                                ("on_shutdown", lambda _: None), ("get_name", lambda: "/node"),
+                               ("resolve_name", "/{}".format),
                                ("get_param", lambda name, default=None: self.parameters.get(name, default))):
             monkeypatch.setattr(rospy, name, stand_in)
+        monkeypatch.setattr(rosgraph, "Master", lambda _: SimpleNamespace(
+            getSystemState=lambda: (list(self.publishers.items()), [], [])))
         monkeypatch.setattr(rospy.Time, "now", lambda: rospy.Time.from_sec(self.now))
         monkeypatch.setattr(DroppingPublisher, "__init__", lambda publisher, *given: vars(publisher).update(
             vars(self._publisher(*given))))
@@ -48,9 +56,10 @@ class Bus:
         return SimpleNamespace(publish=publish, get_num_connections=lambda: self.connections[topic])
 
     def _subscriber(self, topic, _kind, callback, *given, **options):
-        self.heard_by[topic].append(lambda message: callback(message, *given))
-        self.options[topic] = options
-        return SimpleNamespace(get_num_connections=lambda: self.connections[topic])
+        heard, self.options[topic] = (lambda message: callback(message, *given)), options
+        self.heard_by[topic].append(heard)
+        return SimpleNamespace(get_num_connections=lambda: self.connections[topic],
+                               unregister=lambda: self.heard_by[topic].remove(heard))
 
     def _health(self, _robot, subjects):
         self.reports.update(subjects)
@@ -58,3 +67,9 @@ class Bus:
 
     def _publish_now(self):
         self.published += 1
+
+
+def transform(parent, child, x=0.0, y=0.0, yaw=0.0):
+    """A TransformStamped on the floor [m, rad]."""
+    turn = Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+    return TransformStamped(Header(frame_id=parent), child, Transform(Vector3(x, y, 0.0), turn))

@@ -24,15 +24,12 @@ def open_page(browser, server, place="", size=DESKTOP, script="", **options):
     return page
 
 
-def report(server, lights=(), given=None, **status):
+def report(server, lights=None, given=None, **status):
     """Let the robot tell the page `lights`, {name: (level, words)}, and what else is given."""
-    robot, lights = server.robot, dict(lights or {LINK: (0, "50 packets/s")})
-    state, status = {**type(robot).state(robot), **(given or {})}, {**type(robot).status(robot), **status}
-    robot.state = lambda: {**state, "stopped": robot.stopped or bool((given or {}).get("stopped")),
-                           "pressed_here": robot.stopped}
-    robot.status = lambda: {**status, "lights": worst_first(
+    lights = worst_first(
         {"name": name, "level": level, "words": words, "key": "silent" if level == 3 else fault_key(name, words)}
-        for name, (level, words) in lights.items())}
+        for name, (level, words) in (lights or {LINK: (0, "50 packets/s")}).items())
+    server.robot.told = {"lights": lights, **(given or {}), **status}
 
 
 def drives(server):

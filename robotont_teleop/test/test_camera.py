@@ -1,7 +1,5 @@
 """Pictures of a camera: the newest, while somebody wants to see them."""
 
-from types import SimpleNamespace
-
 from bus import Bus
 from sensor_msgs.msg import CompressedImage
 
@@ -11,20 +9,12 @@ JPEG = b"\xff\xd8 a picture "
 
 
 def test_a_camera_that_nobody_watches_is_left_and_an_old_picture_is_none(monkeypatch):
-    bus, left = Bus(monkeypatch, camera), []
-    subscribe = camera.rospy.Subscriber
-    monkeypatch.setattr(camera.rospy, "Subscriber", lambda *given, **options: SimpleNamespace(
-        **vars(subscribe(*given, **options)), unregister=lambda: left.append(bus.now)))
-    monkeypatch.setattr(camera.rospy, "resolve_name", "/{}".format)
-    monkeypatch.setattr(camera, "time", SimpleNamespace(monotonic=lambda: bus.now))
-    publishers = []
-    monkeypatch.setattr(camera.rosgraph, "Master", lambda _: SimpleNamespace(
-        getSystemState=lambda: (publishers, [], [])))
+    bus = Bus(monkeypatch, camera)
     watched = camera.Camera("camera")
     look, = bus.work
     look()
     assert (watched.present, watched.picture()) == (False, None)
-    publishers.append(["/camera", ["/driver"]])
+    bus.publishers["/camera"] = ["/driver"]
     look()
     assert watched.present
     for number in (1, 2):
@@ -35,7 +25,7 @@ def test_a_camera_that_nobody_watches_is_left_and_an_old_picture_is_none(monkeyp
     assert watched.picture() is None, "the newest is old"
     bus.now += 9.9
     look()
-    assert not left
+    assert bus.heard_by["camera"]
     bus.now += 0.1
     look()
-    assert left == [bus.now]
+    assert not bus.heard_by["camera"]

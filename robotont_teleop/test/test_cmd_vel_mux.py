@@ -31,10 +31,8 @@ class Mux(Bus):
 
     def __init__(self, monkeypatch, blind_speed=0.3, wheels=WHEELS):
         super().__init__(monkeypatch, cmd_vel_mux, guard_sensors)
-        self.wheels, self.publishers, self.kept = wheels, [], []
+        self.wheels, self.kept = wheels, []
         self.connections["emergency_stop/pressed_by"] = 1
-        master = SimpleNamespace(getSystemState=lambda: ([["/cmd_vel", ["/node", *self.publishers]]], [], []))
-        monkeypatch.setattr(cmd_vel_mux.rosgraph, "Master", lambda _: master)
         monkeypatch.setattr(cmd_vel_mux, "KeptParameter", lambda _, value: SimpleNamespace(
             changed=lambda: self.kept.append(value())))
         monkeypatch.setattr(guard_sensors, "running_wheels", self._running_wheels)
@@ -124,13 +122,13 @@ def test_the_emergency_stop_is_a_zero_and_ends_all_goals_also_those_that_came_me
 
 
 def test_straight_publishers_are_a_warning_only_beside_somebody_else(mux):
-    mux.publishers = ["/square"]
+    mux.publishers["/cmd_vel"] = ["/node", "/square"]
     mux.look()
     assert mux.says("who drives")[0] == OK, "alone it disturbs nobody"
     mux.drive("hand", *HAND)
     assert mux.says("who drives") == (WARN, "/square also on cmd_vel: commands mix (cmd_vel:=cmd_vel/default)")
     mux.connections["emergency_stop/pressed_by"] = 0
-    mux.publishers = []
+    mux.publishers.clear()
     mux.look()
     assert mux.says("who drives") == (WARN, "no driver_node hears its commands")
 

@@ -22,6 +22,7 @@ def test_who(commands, driven_by, who):
     for topic, sender in commands:
         movers.hear(topic, sender, True, 10.0)
     assert movers.who(driven_by, 10.0 + RECENT - 0.01) == who
+    assert movers.who("nobody", 10.01 + RECENT) == ("nobody", "")
     for topic, sender in commands:
         movers.hear(topic, sender, False, 10.1)
     assert movers.who("nobody", 10.2) == ("nobody", "")
@@ -38,9 +39,3 @@ def test_who_starts_or_stops_while_it_is_asked_ends_nothing():
             return now - float(self)
     movers.hear("cmd_vel/hand", PAGE, True, Heard(10.0))
     assert movers.who("hand", 10.1) == ("page", "")
-
-
-def test_silence_ends_it():
-    movers = Movers(PAGE, MUX)
-    movers.hear("cmd_vel", "/square", True, 10.0)
-    assert movers.who("nobody", 10.01 + RECENT) == ("nobody", "")

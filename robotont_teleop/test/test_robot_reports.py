@@ -1,9 +1,8 @@
 """A page shows the faults of its own robot, among several on one master."""
 
 import pytest
-from bus import Bus
+from bus import Bus, transform
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
 from tf2_msgs.msg import TFMessage
@@ -79,20 +78,11 @@ def test_pages_and_fleet_are_told_the_same_worst_and_that_a_task_has_fallen_sile
         (3, "silent for 5 s", "silent")] * 2
 
 
-def test_a_speed_that_is_no_number_is_unknown():
-    reports, odometry = RobotReports(""), Odometry()
-    odometry.twist.twist.linear.x = float("nan")
-    reports._on_odometry(odometry)
-    assert reports.velocity is None
-
-
 def test_what_was_heard_before_the_computer_slept_is_old(bus):
     """time.monotonic() stands still meanwhile."""
     reports, chain, found = RobotReports(""), frame_chain.FrameChain(), []
     chain.listen()
-    transform = TransformStamped(child_frame_id="base_link")
-    transform.transform.rotation.w = 1.0
-    for topic, message in (("/tf", TFMessage([transform])), ("odom", Odometry()),
+    for topic, message in (("/tf", TFMessage([transform("odom", "base_link")])), ("odom", Odometry()),
                            ("battery", BatteryState(percentage=0.5)),
                            ("/diagnostics", DiagnosticArray(status=[DiagnosticStatus(name="a: b")]))):
         bus.hear(topic, message)

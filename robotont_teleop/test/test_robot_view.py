@@ -1,12 +1,10 @@
 """The robot as its page sees it, and what becomes of a page's goal; without ROS."""
 
-import math
 from unittest.mock import Mock
 
 import pytest
 from actionlib_msgs.msg import GoalID
-from bus import Bus
-from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from bus import Bus, transform
 from guarded_drive import WHEELS
 from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Range
@@ -19,11 +17,6 @@ from robotont_map_navigation.goal import Goal, Outcome, Status
 from robotont_teleop.hand import emergency_stop_publisher, robot_reports
 from robotont_teleop.web import camera, newest_goal, robot_view
 from robotont_testing.node_test import twist
-
-
-def transform(parent, child, x, y, yaw=0.0):
-    turn = Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-    return TransformStamped(Header(frame_id=parent), child, Transform(Vector3(x, y, 0.0), turn))
 
 
 class View(Bus):
@@ -40,6 +33,7 @@ class View(Bus):
         self.hear("odom", Odometry(child_frame_id="base_link"))
         self.hear("/tf", TFMessage([transform("map", "odom", 1.0, 2.0),
                                     transform("odom", "base_link", 0.5, -0.25, 0.6)]))
+        self.pursue = next(work for work in self.work if work.__name__ == "_pursue")
 
 
 @pytest.fixture
@@ -50,12 +44,34 @@ def bus(monkeypatch):
 def test_a_goal_is_a_place_on_the_map_where_the_robot_looks_as_it_looks_now_and_cancelling_takes_back_all(bus):
     assert bus.view.state()["pose"] == pytest.approx((1.5, 1.75, 0.6))
     bus.view.goal(2.0, 1.0)
-    next(work for work in bus.work if work.__name__ == "_pursue")()
+    bus.pursue()
     bus.goto.send.assert_called_once_with(Goal(2.0, 1.0, pytest.approx(0.6)))
     assert bus.view.status()["note"]["words"] == "there"
     bus.view.cancel()
     bus.goto.leave.assert_called_with(cancel=True)
     assert bus.sent["move_base/cancel"] == [GoalID()], "whoever has sent them"
+
+
+def test_a_goal_that_the_master_has_held_up_is_not_driven_when_it_comes_back(bus):
+    bus.goto.check.side_effect = lambda _: setattr(bus, "now", bus.now + 15.0)
+    bus.view.goal(1.0, 0.0)
+    bus.pursue()
+    assert not bus.goto.send.called
+    assert "too late" in bus.view.status()["note"]["words"]
+
+
+def test_of_many_goals_the_newest_is_pursued_and_one_that_was_taken_back_is_not_sent(bus):
+    meanwhile = iter((lambda: bus.view.goal(1.0, 0.0), lambda: None, bus.view.cancel))
+    bus.goto.check.side_effect = lambda _: next(meanwhile)()
+    bus.goto.follow.side_effect = lambda _: bus.view.goal(2.0, 0.0) or Outcome(Status.DONE, "there")
+    bus.view.goal(0.0, 0.0)
+    bus.pursue()
+    assert not bus.goto.send.called, "replaced while it was checked"
+    for _ in range(2):
+        bus.pursue()
+    bus.goto.send.assert_called_once_with(Goal(1.0, 0.0, pytest.approx(0.6)))
+    assert bus.view.status()["goal"] is None
+    assert not bus.view.status()["note"]["words"], "a newer one has taken its place, or nobody wants it"
 
 
 def test_a_page_is_told_who_moves_it_what_is_near_and_where_its_map_lies(bus):

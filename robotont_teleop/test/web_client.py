@@ -31,6 +31,7 @@ class NotedRobot:
     def __init__(self):
         self.sent = []
         self.orders = []
+        self.told = {}  # what differs of its state and status
         self.emergency_stop = SimpleNamespace(press=self._press, release=self._release, pressed=False, pressed_at=0.0)
 
     def send(self, twist):
@@ -58,16 +59,19 @@ class NotedRobot:
         return any(twist != STOP for twist in self.sent)
 
     def state(self):
-        return {"pose": [0.0, 0.0, 0.0], "velocity": None, "driven_by": "nobody", "mover": ["nobody", ""],
-                "stopped": self.stopped, "stop_waits": False, "pressed_here": self.stopped,
-                "heard": True}
+        return self._told({"pose": [0.0, 0.0, 0.0], "velocity": None, "driven_by": "nobody", "mover": ["nobody", ""],
+                           "stopped": self.stopped, "stop_waits": False, "pressed_here": self.stopped, "heard": True})
 
     def figures(self):
         return [{"name": "r1", "up": True, "age": None}], {"r1": {"link": {"level": 0}}}
 
     def status(self):
-        return {"frame": "odom", "lights": [], "board": "", "battery": None, "radius": None, "near": [], "map": None,
-                "scan": None, "camera": False, "navigation": False, "goal": None, "note": {"number": 0, "words": ""}}
+        return self._told({"frame": "odom", "lights": [], "board": "", "battery": None, "radius": None, "near": [],
+                           "map": None, "scan": None, "camera": False, "navigation": False, "goal": None,
+                           "note": {"number": 0, "words": ""}})
+
+    def _told(self, usual):
+        return {name: self.told.get(name, value) for name, value in usual.items()}
 
 
 class Client(LoopClient):

@@ -2,12 +2,12 @@
 
 import contextlib
 import math
-import time
 
 import rosgraph
 import rospy
 from sensor_msgs.msg import CompressedImage
 
+from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.ros.repeating_thread import RepeatingThread
 
 STALE = 1.0        # [s] an older picture is not shown: it would look like one of now
@@ -30,12 +30,12 @@ class Camera:
 
     def picture(self):
         """(number, JPEG) of now, or None; numbers grow. Asking for one makes it listen to the camera."""
-        self._wanted = now = time.monotonic()
+        self._wanted = now = boot_time()
         return self._newest if now - self._received < STALE else None
 
     def _look(self):
         """Look whether there is a camera; listen to it while its pictures are wanted. Returns the time to rest."""
-        wanted = time.monotonic() - self._wanted < REST
+        wanted = boot_time() - self._wanted < REST
         if self._subscriber is not None and not wanted:
             self._subscriber.unregister()
             self._subscriber = None
@@ -50,4 +50,4 @@ class Camera:
     def _on_picture(self, message):
         if message.data[:2] == JPEG:
             self._newest = self._newest[0] + 1, bytes(message.data)
-            self._received = time.monotonic()
+            self._received = boot_time()

@@ -8,7 +8,6 @@ import numpy as np
 
 from robotont_driver.command.command_stream import CommandStream
 from robotont_driver.command.limits import Limits
-from robotont_driver.kinematics.se2 import compose
 from robotont_driver.robots.robot_folder import read_wheel_file
 from robotont_driver.ros.board_topics import FIELD_OF_VIEW, SENSORS
 from robotont_simulator.simulation import Simulation
@@ -31,7 +30,7 @@ LIMITS = Limits(wheel_speed=1.5, linear_acceleration=1.5, angular_acceleration=8
 PERIOD = 0.02  # [s]
 SCAN_PERIODS, SCAN_DELAY = 5, 2  # periods between two scans, and until a scan is heard
 AROUND, CAMERA = np.linspace(-math.pi, math.pi, 360, endpoint=False), np.linspace(-0.515, 0.515, 128)
-CONE = FIELD_OF_VIEW * FAN
+CONE, RAYS = FIELD_OF_VIEW * FAN, np.linspace(-math.pi, math.pi, 1440, endpoint=False)
 
 
 def place(x=0.0, y=0.0, yaw=0.0, height=0.1, roll=0.0, pitch=0.0):
@@ -98,19 +97,13 @@ class GuardedDrive:
         """Arguments of `Guard.see`."""
         if self.angles is not None:
             return [("laser", place(), self.angles, self.simulation.scan(self.angles, *self._bounds), self._bounds, at)]
-        readings = []
+        readings, ranges = [], self.simulation.scan(RAYS, 0.0, SCAN_FARTHEST)
+        shown = np.isfinite(ranges)
+        points = ranges[shown] * np.exp(1j * RAYS[shown])
         for sensor, (distance, bearing, view) in enumerate(SENSORS):
-            pose = (distance * math.cos(bearing), -distance * math.sin(bearing), -view)
-            ranges = np.full(len(CONE), self._nearest(compose(self.simulation.pose(), pose)))
-            ranges[ranges < CONE_BOUNDS[0]] = -math.inf
-            readings.append((sensor, place(*pose), CONE, ranges, CONE_BOUNDS, at))
+            x, y, yaw = distance * math.cos(bearing), -distance * math.sin(bearing), -view
+            before_it = (points - complex(x, y)) * np.exp(-1j * yaw)
+            nearest = abs(before_it[abs(np.angle(before_it)) <= CONE[-1]]).min(initial=math.inf)
+            measured = -math.inf if nearest < CONE_BOUNDS[0] else nearest if nearest < CONE_BOUNDS[1] else math.inf
+            readings.append((sensor, place(x, y, yaw), CONE, np.full(len(CONE), measured), CONE_BOUNDS, at))
         return readings
-
-    def _nearest(self, pose):
-        """[m] from a place to a box in the cone ahead, inf beyond its range: each ray goes as far as none is nearer."""
-        rays, ways, free = pose[2] + np.linspace(CONE[0], CONE[-1], 15), np.zeros(15), math.inf
-        while np.any((free > 0.001) & (ways < CONE_BOUNDS[1])):
-            x, y = pose[0] + ways * np.cos(rays), pose[1] + ways * np.sin(rays)
-            free = np.min([box.distance(x, y) for box in self._boxes], axis=0)
-            ways += np.where(free > 0.001, free, 0.0)
-        return min(ways[ways < CONE_BOUNDS[1]], default=math.inf)

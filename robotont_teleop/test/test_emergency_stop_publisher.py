@@ -11,7 +11,7 @@ import rospy
 from bus import Bus
 from rosgraph.network import read_ros_handshake_header, write_ros_handshake_header
 from std_msgs.msg import Bool, String
-from std_srvs.srv import Trigger
+from std_srvs.srv import Trigger, TriggerResponse
 
 from robotont_teleop.hand import emergency_stop_publisher, service_request
 from robotont_teleop.hand.emergency_stop_publisher import HELD, EmergencyStopPublisher
@@ -109,33 +109,37 @@ def test_a_release_tells_which_presses_its_person_has_seen_and_ends_no_newer_one
     assert bus.pressed == [Bool(True)] * 3, "what was carried out all the same is pressed again"
 
 
-@in_own_process
-def test_a_call_without_an_answer_ends_and_holds_up_none_behind_it():
-    service_request.LONGEST = 1.0
-    with Master():
-        rospy.init_node("hand", disable_signals=True)
-        waiting, answers, carried_out, late = threading.Event(), [], [], []
+class HungOnce:
+    """A ServiceProxy whose first call is answered when it is closed, and then late."""
 
-        def serve(_request):
-            if not carried_out:  # the first one hangs
-                carried_out.append("first")
-                waiting.wait()
-                late.append(True)
-            return True, "now"
+    first = None
 
-        rospy.Service("give_back", Trigger, serve)
-        request = ServiceRequest("give_back", "give back", answers.append)
-        before = threading.active_count()
-        request.call()
-        wait_for(lambda: carried_out, "the first call")
-        request.call()
-        wait_for(lambda: answers == ["give back: now"], "the answer to the second", timeout=0.9)
-        wait_for(lambda: answers[1:] == ["give back: no answer within 1 s: ask again"], "the end of the first")
-        wait_for(lambda: threading.active_count() <= before + 2, "the end of its threads")  # 2: the service's own
-        waiting.set()
-        wait_for(lambda: late, "the late answer")
-        time.sleep(0.2)  # in which it would be taken
-        assert len(answers) == 2
+    def __init__(self, *_, **__):
+        self._closed = threading.Event()
+        self.close = self._closed.set
+
+    def wait_for_service(self, _timeout):
+        pass
+
+    def __call__(self, _request):
+        if HungOnce.first is None:
+            HungOnce.first = self
+            self._closed.wait()
+        return TriggerResponse(True, "now")
+
+
+def test_a_call_without_an_answer_ends_and_holds_up_none_behind_it(monkeypatch):
+    monkeypatch.setattr(service_request, "LONGEST", 0.5)
+    monkeypatch.setattr(rospy, "ServiceProxy", HungOnce)
+    answers, before = [], threading.active_count()
+    request = ServiceRequest("give_back", "give back", answers.append)
+    request.call()
+    wait_for(lambda: HungOnce.first, "the first call")
+    request.call()
+    wait_for(lambda: answers == ["give back: now"], "the answer to the second", timeout=0.4)
+    wait_for(lambda: answers[1:] == ["give back: no answer within 0.5 s: ask again"], "the end of the first")
+    wait_for(lambda: threading.active_count() <= before, "the end of its threads")
+    assert len(answers) == 2, "the late answer"
 
 
 @in_own_process

@@ -2,14 +2,13 @@
 
 import os
 import signal
-import subprocess
 import time
 
 import pytest
 import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
-from terminal import KEYBOARD_TELEOP, Terminal
+from terminal import Terminal
 
 from robotont_testing import places
 from robotont_testing.harness import Master, in_own_process, suspended, wait_for
@@ -86,10 +85,3 @@ def try_end(terminal, commands, hand, what, act):
         wait_for(lambda: hand[-1].linear.x == 0.0, f"its own zero after {what}")
         terminal.process.wait(20)
         assert "Traceback" not in terminal.shown
-
-
-def test_without_a_terminal_it_says_so():
-    result = subprocess.run([KEYBOARD_TELEOP], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                            stderr=subprocess.STDOUT, text=True, timeout=60, check=False)
-    assert (result.returncode, result.stdout.count("\n")) == (1, 1), result.stdout
-    assert "no terminal to read keys from" in result.stdout

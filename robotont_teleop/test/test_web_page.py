@@ -160,7 +160,6 @@ FAULTS = (
     ({LINK: (2, "/dev/x: no such file"), WHEELS: (1, "no packets")},
      "Link to the board The board's cable is out, or the board is off"),
     ({LINK: (0, ""), WHEELS: (1, "wheel 2 stands")}, "Wheels A wheel does not turn as told: is it blocked?"),
-    ({LINK: (3, "50 packets/s")}, "Link to the board Silent for 5 s: has it ended?"),
     ({"other: thing": (2, "it burns")}, "thing it burns"))
 
 
@@ -184,13 +183,6 @@ def test_a_pressed_stop_is_seen_and_who_may_release_it(page, served):
         "Emergency stop", "Sticks wait for the release", "2")
     served.ready_page().order("take")
     page.wait("$('release').disabled && $('release').innerText === 'Take over first'", "why it may not release it")
-
-
-def test_a_page_that_was_overtaken_is_told(page, served):
-    drive_by_key(page, served)
-    page.key("KeyW", down=False)
-    served.ready_page().order("take")
-    page.wait("$('message').textContent === 'Another page has taken over'", "the words")
 
 
 def test_a_stall_shows_nothing_old_and_a_stop_that_it_swallows_goes_out_on_the_next_connection(browser, served):

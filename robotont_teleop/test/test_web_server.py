@@ -1,6 +1,5 @@
 """The server against browsers that mean well: what moves the robot."""
 
-import asyncio
 import socket
 import time
 from types import SimpleNamespace
@@ -87,14 +86,6 @@ def test_what_is_old_is_dropped_and_the_page_of_an_order_informed(timely):
     assert not timely.robot.orders
     assert not timely.robot.sent
     assert timely.server.seat.driver is None
-
-
-def test_a_failure_of_the_feeding_loop_is_not_silent(served, monkeypatch):
-    page = served.ready_page()
-    monkeypatch.setattr(served.robot, "state", lambda: 1 / 0)
-    with pytest.raises(ZeroDivisionError):
-        served.do(asyncio.wait_for(served.server.feeder, None))
-    assert page.states
 
 
 def test_orders_and_no_answer_is_lost_when_many_come_at_once(served):

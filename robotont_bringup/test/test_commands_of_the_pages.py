@@ -50,7 +50,7 @@ RUN_BY = {
     "rosrun keyboard_teleop": "robotont_teleop/test/terminal.py: keyboard_teleop",
     "rosrun map_saver": OTHERS + "map_server",
     "rosrun odometry_report": "robotont_calibration/test/test_odometry_report.py: odometry_report",
-    "rosrun relocalize": "robotont_map_navigation/test/rostest_relocalize.py: relocalize",
+    "rosrun relocalize": "robotont_map_navigation/test/fault_run.py: relocalize",
     "rosrun robot": "robotont_bringup/test/test_commands_of_the_pages.py: robot",
     "roslaunch display.launch": "robotont_bringup/test/rostest_rviz.py: display.launch",
     "roslaunch fleet.launch": "robotont_operations/test/test_install_robot.py: fleet.launch",

@@ -1,6 +1,8 @@
 """What tests of this folder share: a walled room as a map, transforms, and a stand-in for rospy's topics."""
 
 import math
+import sched
+import time
 from collections import defaultdict
 from types import SimpleNamespace
 
@@ -9,6 +11,9 @@ import rospy
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
+
+from robotont_map_navigation import held, localization_check, map_clearing, navigation_monitor
+from robotont_map_navigation.readings import place_of
 
 CELL = 0.05  # [m]
 
@@ -57,25 +62,38 @@ def transform(child, x, y, yaw=0.0):
     return message
 
 
-def latched(topic, message):
-    """A publisher that has sent a message to whoever listens now or later."""
-    publisher = rospy.Publisher(topic, type(message), queue_size=1, latch=True)
-    publisher.publish(message)
-    return publisher
-
-
 class Bus:
-    """Stands in for rospy's topics, parameters and clock, without a master: what is published, and who listens."""
+    """Stands in for rospy's topics and parameters, without a master, and for time, which passes while somebody sleeps.
+
+    sent: messages by topic; now: [s].
+    """
 
     def __init__(self, monkeypatch):
-        self.listeners, self.sent = defaultdict(list), defaultdict(list)
-        for name, stand_in in (("Subscriber", lambda topic, _, callback, **__: self.listeners[topic].append(callback)),
-                               ("Publisher", lambda topic, *_, **__: SimpleNamespace(
-                                   publish=lambda message: self.publish(topic, message))),
-                               ("get_namespace", lambda: "/"), ("get_rostime", rospy.Time),
-                               ("get_param", lambda name, default: 0.16 if "radius" in name else default)):
-            monkeypatch.setattr(rospy, name, stand_in)
-        monkeypatch.setattr(rospy.Time, "now", rospy.Time)
+        self.now, self.sent, self._listeners = 100.0, defaultdict(list), defaultdict(list)
+        self._due = sched.scheduler(lambda: self.now, lambda _: None)
+        for owner, name, stand_in in (
+                (rospy, "Subscriber", lambda topic, _, callback, **__: self._listeners[topic].append(callback)),
+                (rospy, "Publisher", lambda topic, *_, **__: SimpleNamespace(
+                    publish=lambda message: self.publish(topic, message), get_num_connections=lambda: 1)),
+                (rospy, "get_namespace", lambda: "/"), (rospy, "get_rostime", lambda: rospy.Time.now()),
+                (rospy, "get_param", lambda name, default: 0.16 if "radius" in name else default),
+                (rospy.Time, "now", lambda: rospy.Time.from_sec(self.now)),
+                (time, "monotonic", lambda: self.now), (time, "sleep", self.sleep)):
+            monkeypatch.setattr(owner, name, stand_in)
+
+    def sleep(self, seconds):
+        """Let time pass, with what was put off until then."""
+        end = self.now + seconds
+        while True:
+            step = self._due.run(blocking=False)
+            if step is None or self.now + step > end:
+                break
+            self.now += step
+        self.now = end
+
+    def later(self, seconds, function, *given):
+        """Call a function then."""
+        self._due.enter(seconds, 0, function, given)
 
     def publish(self, topic, message):
         """Called for what is published."""
@@ -83,5 +101,40 @@ class Bus:
 
     def hear(self, topic, message):
         """What comes on a topic."""
-        for callback in self.listeners[topic]:
+        for callback in self._listeners[topic]:
             callback(message)
+
+
+class Monitor(Bus):
+    """navigation_monitor in a room of 6 m x 2 m around the origin, (OK, words, values) by the subject of its `reports`.
+
+    places: Transform by frame.
+    """
+
+    base, odometry = "base_link", "odom"
+
+    def __init__(self, monkeypatch):
+        super().__init__(monkeypatch)
+        self.places, self.reports = {}, {}
+        for module in localization_check, map_clearing, held:
+            monkeypatch.setattr(module, "RepeatingThread", lambda function: self.later(0.0, self._work, function))
+        for module in localization_check, held:
+            monkeypatch.setattr(module, "Health", lambda _, subjects: self.reports.update(subjects))
+            monkeypatch.setattr(module, "robot_name", lambda: "")
+        monkeypatch.setattr(navigation_monitor, "Frames", lambda: self)
+        navigation_monitor.NavigationMonitor(())
+        self.hear("map", grid(walled(42, 122), -3.05, -1.05))
+
+    def _work(self, function):
+        self.later(function(), self._work, function)
+
+    def look_up(self, _frame, child, *_):
+        return self.places.get(child)
+
+    def robot_in(self, frame):
+        return place_of(self.look_up(frame, self.base))
+
+    def stand(self, x, y, yaw, odometry=0.0):
+        """Where the localization has the robot, whose sensor is in its middle, and x [m] where its odometry begins."""
+        here = transform("", x, y, yaw).transform
+        self.places = {"laser": here, "base_link": here, "odom": transform("", odometry, 0.0).transform}

@@ -2,18 +2,16 @@
 
 import math
 import random
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import rospy
-from geometry_msgs.msg import Quaternion, Transform, Twist, Vector3
-from sensor_msgs.msg import LaserScan
+from navigation_messages import Monitor, scan_of
 
 from robotont_driver.kinematics.se2 import compose
-from robotont_map_navigation import giving_way
-from robotont_map_navigation.giving_way import NEAR, GivesWay, MovingThings
+from robotont_map_navigation.giving_way import NEAR, MovingThings
 from robotont_simulator.world import shapes
+from robotont_testing.node_test import twist
 
 PERIOD = 0.1  # [s] of a scan
 CAMERA, ALL_AROUND = np.linspace(-0.515, 0.515, 128), np.linspace(-math.pi, math.pi, 360, endpoint=False)
@@ -23,30 +21,29 @@ FURNITURE = [shape for kind, *entry in (
     ("posts", 4.5, 3.5, 0.03), ("posts", 2.0, 2.5, 0.05)) for shape in shapes(kind, entry)]
 
 
-def scan(pose, things, angles, noise):
-    """(ends, free) of rays in the axes of the room, from a pose; things: (x, y, radius)."""
+def ranges_among(solids, pose, angles):
+    """[m] that a scanner at a pose (x, y, yaw) sees at angles [rad] among Shapes, by the distance from the nearest."""
     ways = np.array((np.cos(angles + pose[2]), np.sin(angles + pose[2])))
     ranges = np.full(len(angles), 0.02)
     for _ in range(60):
         x, y = np.array(pose[:2])[:, None] + ranges * ways
-        ranges += np.clip(np.min([*(each.distance(x, y) for each in FURNITURE), *(
-            np.hypot(x - thing[0], y - thing[1]) - thing[2] for thing in things)], axis=0), 0.0, None)
-    ranges += noise.normal(0.0, 0.01, len(ranges))
-    return (ranges * ways)[:, (ranges > 0.3) & (ranges < 4.0)], (4.0 * ways)[:, ranges >= 4.0]
+        ranges += np.clip(np.min([each.distance(x, y) for each in solids], axis=0), 0.0, None)
+    return ranges
 
 
-def told(start, twist, thing=None, angles=CAMERA, seconds=4.0, way=0.0, seed=1):
-    """[m] between robot and thing, when something was told to come; a robot with a twist, and thing(time) at (x, y)."""
+def told(start, drives, thing=None, angles=CAMERA, seconds=4.0, way=0.0, seed=1):
+    """[m] between robot and thing, when something was told to come; a robot that drives, and thing(time) at (x, y)."""
     noise, things, found, pose = np.random.default_rng(seed), MovingThings(), [], start
-    chance = random.Random(seed)
     for number in range(round(seconds / PERIOD)):
         now = number * PERIOD
-        there = [(*thing(now), 0.15)] if thing else []
-        shown = compose(pose, (0.0, 0.0, chance.gauss(0.0, 0.01)))  # by tf, a little beside the truth
-        ends, free = scan(pose, there, angles, noise)
-        if things.come(shown[:2], ends, free, None if way is None else pose[2] + way, now):
-            found.append(math.dist(pose[:2], there[0][:2]) if there else 0.0)
-        pose = compose(pose, tuple(PERIOD * speed for speed in twist))
+        there = shapes("posts", [*thing(now), 0.15]) if thing else []
+        ranges = ranges_among(FURNITURE + there, pose, angles) + noise.normal(0.0, 0.01, len(angles))
+        shown = angles + pose[2] + noise.normal(0.0, 0.01)  # by tf, a little beside the truth
+        ends, free = np.minimum(ranges, 4.0) * (np.cos(shown), np.sin(shown)), ranges >= 4.0
+        ahead = None if way is None else pose[2] + way
+        if things.come(pose[:2], ends[:, ~free & (ranges > 0.3)], ends[:, free], ahead, now):
+            found.append(math.dist(pose[:2], thing(now)) if thing else 0.0)
+        pose = compose(pose, tuple(PERIOD * speed for speed in drives))
     return found
 
 
@@ -87,21 +84,24 @@ def test_scans_that_show_nothing_or_come_late_tell_nothing():
     assert things.come((0.0, 0.0), point / 2, nothing, math.pi / 4, 4.4)
 
 
-def test_what_comes_for_longer_than_10_s_stops_nothing_until_it_has_been_away_for_3_s(monkeypatch):
-    """As a curtain in the wind, which would hold a goal for ever."""
-    clock, stands, hear, here = [100.0], [], {}, Transform(Vector3(), Quaternion(0.0, 0.0, 0.0, 1.0))
-    frames = SimpleNamespace(odometry="odom", base="base_link", look_up=lambda *_: here)
-    monkeypatch.setattr(rospy, "Publisher", lambda *_, **__: SimpleNamespace(
-        publish=lambda wait: stands.append((clock[0], wait))))
-    monkeypatch.setattr(rospy, "Subscriber", lambda topic, _, callback, **__: hear.update({topic: callback}))
-    monkeypatch.setattr(giving_way.time, "monotonic", lambda: clock[0])
-    monkeypatch.setattr(MovingThings, "come", lambda *_: clock[0] < 112.0 or clock[0] > 115.5)
-    GivesWay(frames)
-    while clock[0] < 117.0:
-        hear["cmd_vel"](Twist(linear=Vector3(0.2, 0.0, 0.0)))
-        hear["scan"](LaserScan())
-        clock[0] += PERIOD
-    times, waits = zip(*stands)
-    assert max(time for time in times if time < 113.0) == pytest.approx(110.0, abs=2 * PERIOD)
-    assert min(time for time in times if time > 113.0) == pytest.approx(115.5, abs=2 * PERIOD)
-    assert len(set(waits)) == 2, "one lot for each"
+def test_navigation_stands_while_something_comes_for_10_s_at_most_until_it_has_been_away_for_3_s(monkeypatch):
+    """As a curtain in the wind, which would hold a goal for ever. The lower one of two scanners sees what stands."""
+    monitor, times = Monitor(monkeypatch), []
+    monitor.stand(0.0, 0.0, 0.0)
+    monitor.places["low_laser"] = monitor.places["laser"]
+    stands = monitor.sent["navigation/stand"]
+    while monitor.now < 120.0:
+        monitor.sleep(PERIOD / 2)
+        comes = (102.0 < monitor.now < 114.0 or monitor.now > 117.5) and monitor.now % 1.2 < 0.6
+        monitor.hear("cmd_vel", twist(0.2))
+        for frame, seen in ("laser", 0.7 if comes else 3.0), ("low_laser", 0.8):
+            scan = scan_of(np.full(101, seen), stamp=rospy.Time.now())
+            scan.header.frame_id = frame
+            monitor.hear("scan", scan)
+        times += [monitor.now] * (len(stands) - len(times))
+    first, *_, last = (now for now in times if now < 117.0)
+    assert 102.0 < first < 103.5
+    assert 8.0 < last - first < 10.0
+    assert times[-1] > 118.0
+    assert len(set(stands)) == 2, "one lot for each"
+    assert 0.0 < min(stands) < max(stands) <= 2.0, "what cmd_vel_mux takes"

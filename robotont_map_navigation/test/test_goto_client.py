@@ -1,17 +1,14 @@
-"""Why a goal ends, beside others who stop or cancel goals and send some; without ROS."""
-
-import threading
+"""Why a goal ends, beside others who stop or cancel goals and send some; without ROS and its time."""
 
 import pytest
-from actionlib_msgs.msg import GoalStatus
+from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from move_base_msgs.msg import MoveBaseActionResult
 from navigation_messages import Bus, grid, walled
 from std_msgs.msg import String
 
-from robotont_map_navigation import goto_client
 from robotont_map_navigation.goal import Goal, Status
-from robotont_testing.harness import wait_for
+from robotont_map_navigation.goto_client import GoTo
 
 GOAL = Goal(1.0, 1.0, 0.0)
 STOP = "the emergency stop, pressed by /page: release it, then send the goal again"
@@ -20,34 +17,35 @@ ILL = DiagnosticArray(status=[DiagnosticStatus(name="link", level=DiagnosticStat
 
 
 class MoveBase(Bus):
-    """Stands in for move_base, too, which ends each goal before its sender goes on."""
+    """Stands in for move_base, too, which ends each goal before its sender goes on, or later."""
 
     def __init__(self, monkeypatch):
         super().__init__(monkeypatch)
         self.shown, self.cancelled = [], []
         self.after, self.status = 0.0, GoalStatus.ABORTED  # [s] until the result
         self.before = ()  # (topic, message) that come before it
-        self.obeys = True  # a cancellation
-        monkeypatch.setattr(goto_client, "LOOK_UP", 0.0)
-        self.goto = goto_client.GoTo(self.shown.append)
+        self.obeys = self.lives = True  # a cancellation; and says so
+        self.goto = GoTo(self.shown.append)
 
     @property
     def goals(self):
         """Ids of the goals that were sent."""
         return [message.goal_id.id for message in self.sent["move_base/goal"]]
 
+    def sleep(self, seconds):
+        super().sleep(seconds)
+        if self.lives:
+            self.hear("move_base/status", GoalStatusArray())
+
     def publish(self, topic, message):
         super().publish(topic, message)
-        if topic == "move_base/cancel":
+        if topic == "move_base/goal":
+            self.later(self.after, self.end, message.goal_id, self.status, self.before)
+            super().sleep(0.0)
+        else:
             self.cancelled.append(message.id)
             if self.obeys:
                 self.end(message, GoalStatus.PREEMPTED)
-            return
-        timer = threading.Timer(self.after, self.end, (message.goal_id, self.status, self.before))
-        timer.daemon = True
-        timer.start()
-        if not self.after:
-            timer.join()
 
     def end(self, goal, status, before=()):
         for heard in before:
@@ -57,8 +55,6 @@ class MoveBase(Bus):
 
 @pytest.fixture
 def move_base(monkeypatch):
-    monkeypatch.setattr(goto_client, "AGAIN", 0.3)
-    monkeypatch.setattr(goto_client, "PERIOD", 0.1)
     return MoveBase(monkeypatch)
 
 
@@ -79,23 +75,16 @@ def test_what_ends_a_goal_is_named(move_base, topic, message, end, status, words
         assert len(move_base.goals) == 1
 
 
-@pytest.mark.parametrize("obeys, words", [
-    (True, "the goal is cancelled"),
-    (False, "cancelled, but move_base has not confirmed it within 0.1 s: the robot may still move")])
-def test_a_goal_ends_where_the_robot_gets_nowhere_and_says_whether_move_base_confirms_it(
-        move_base, monkeypatch, obeys, words):
-    monkeypatch.setattr(goto_client, "CANCELLING", 0.1)
-    move_base.after, move_base.obeys = 60.0, obeys
+@pytest.mark.parametrize("lives, obeys, status, words", [
+    (True, True, Status.GAVE_UP,
+     "got nowhere for 2 s: does something stand in the way, or on the goal? the goal is cancelled; link: unplugged"),
+    (True, False, Status.GAVE_UP, "got nowhere for 2 s: does something stand in the way, or on the goal? "
+     "cancelled, but move_base has not confirmed it within 5 s: the robot may still move"),
+    (False, False, Status.NOT_THERE, "move_base has not been heard for 3 s: has it died?")])
+def test_a_goal_ends_where_the_robot_gets_nowhere_or_move_base_is_not_heard(move_base, lives, obeys, status, words):
+    move_base.after, move_base.lives, move_base.obeys = 60.0, lives, obeys
     move_base.hear("/diagnostics", ILL)
-    assert move_base.goto.go(GOAL, patience=0.6) == (Status.GAVE_UP, "got nowhere for 1 s: does something stand in the "
-                                                     f"way, or on the goal? {words}; link: unplugged")
-    assert move_base.cancelled == ["", *move_base.goals]
-
-
-def test_a_move_base_that_is_not_heard_any_more_ends_the_goal(move_base, monkeypatch):
-    monkeypatch.setattr(goto_client, "SILENCE", 0.3)
-    move_base.after = 60.0
-    assert move_base.goto.go(GOAL) == (Status.NOT_THERE, "move_base has not been heard for 0.3 s: has it died?")
+    assert move_base.goto.go(GOAL, patience=2.0 if lives else 60.0) == (status, words)
     assert move_base.cancelled == ["", *move_base.goals]
 
 
@@ -116,65 +105,43 @@ def test_a_goal_is_given_up_after_its_patience(move_base):
 
 
 @pytest.mark.parametrize("presses", [["/page"], ["/page", ""]])
-def test_a_goal_that_is_given_or_checked_during_an_emergency_stop_is_not_what_a_release_begins(
-        move_base, monkeypatch, presses):
-    monkeypatch.setattr(goto_client, "wait_for", lambda *_: [
-        move_base.hear("emergency_stop/pressed_by", String(who)) for who in presses])
-    found = move_base.goto.go(GOAL)
-    assert found.status == Status.REFUSED
-    assert found.words.endswith(STOP)
+def test_a_goal_that_is_given_or_checked_during_an_emergency_stop_is_not_what_a_release_begins(move_base, presses):
+    for number, who in enumerate(presses):
+        move_base.later(0.1 * number, move_base.hear, "emergency_stop/pressed_by", String(who))
+    assert move_base.goto.go(GOAL) == (Status.REFUSED, "refused: " + STOP)
     move_base.hear("emergency_stop/pressed_by", String(""))
     assert move_base.goals == []
-    monkeypatch.undo()
     assert move_base.goto.check(GOAL) is None
-
-
-def waiting(move_base):
-    """(thread, outcomes) of a goal that waits."""
-    outcomes = []
-    going = threading.Thread(target=lambda: outcomes.append(move_base.goto.go(GOAL)), daemon=True)
-    going.start()
-    wait_for(lambda: any(line.startswith("waits") for line in move_base.shown), "the goal to wait")
-    return going, outcomes
 
 
 @pytest.mark.parametrize("presses", [["/page"], ["/page", ""]])
 def test_a_stop_ends_a_goal_that_waits_also_where_it_has_just_been_sent_again(move_base, presses):
-    going, outcomes = waiting(move_base)
-    move_base.after = 5.0  # [s] move_base has not ended the newest one, nor heard of the stop
-    wait_for(lambda: len(move_base.goals) > 2, "the next try")
+    """move_base has not ended the newest one, nor heard of the stop."""
+    move_base.after = 0.4
     for who in presses:
-        move_base.hear("emergency_stop/pressed_by", String(who))
-    going.join(4.0)
-    assert outcomes == [(Status.REPLACED, "cancelled by " + STOP)]
-    assert move_base.goals[-1] in move_base.cancelled
+        move_base.later(2.6, move_base.hear, "emergency_stop/pressed_by", String(who))
+    assert move_base.goto.go(GOAL) == (Status.REPLACED, "cancelled by " + STOP)
+    assert move_base.shown[-1].startswith("waits")
+    assert move_base.cancelled == ["", move_base.goals[-1]]
 
 
 def test_a_goal_that_waits_says_why_and_goes_on_by_itself(move_base):
     move_base.hear("/diagnostics", ILL)
-    going, outcomes = waiting(move_base)
-    assert move_base.shown[-1] == "waits, 0 of 60 s: link: unplugged"
-    move_base.status = GoalStatus.SUCCEEDED
-    going.join(4.0)
-    assert [each.status for each in outcomes] == [Status.DONE]
+    move_base.later(2.0, setattr, move_base, "status", GoalStatus.SUCCEEDED)
+    assert move_base.goto.go(GOAL).status == Status.DONE
+    assert "waits, 0 of 60 s: link: unplugged" in move_base.shown
 
 
-def test_a_goal_that_waits_is_not_sent_again_once_it_is_left(move_base):
-    going, _ = waiting(move_base)
-    move_base.goto.leave()
-    sent = len(move_base.goals)
-    going.join(4.0)
-    assert (going.is_alive(), len(move_base.goals)) == (False, sent)
-
-
-def test_a_goal_on_its_way_is_not_waited_for_once_it_is_left(move_base):
-    move_base.after = 60.0
-    going = threading.Thread(target=lambda: move_base.goto.go(GOAL), daemon=True)
-    going.start()
-    wait_for(lambda: move_base.goals, "the goal")
-    move_base.goto.leave()
-    going.join(2.0)  # [s] less than SILENCE, which would end it too
-    assert not going.is_alive()
+@pytest.mark.parametrize("after", [0.0, 60.0])
+def test_a_goal_is_not_sent_again_nor_waited_for_once_it_is_left(move_base, after):
+    def leave():
+        move_base.goto.leave()
+        move_base.later(0.0, sent.extend, move_base.goals)
+    move_base.after, sent = after, []
+    move_base.later(2.2, leave)
+    move_base.goto.go(GOAL)
+    assert move_base.goals == sent
+    assert move_base.now < 103.0
 
 
 def test_whatever_ends_the_client_takes_its_goal_back(move_base, monkeypatch):

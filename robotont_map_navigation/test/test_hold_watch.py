@@ -6,6 +6,12 @@ import random
 import sys
 
 import pytest
+import rospy
+from geometry_msgs.msg import PoseStamped, Twist, Vector3
+from nav_msgs.msg import Odometry
+from navigation_messages import Monitor
+from sensor_msgs import point_cloud2
+from std_msgs.msg import Header, String
 
 from robotont_driver.command.limits import Limits, limit_acceleration
 from robotont_driver.kinematics.wheel_params import WHEEL_MASS
@@ -14,6 +20,7 @@ from robotont_map_navigation.held import FELT, FELT_AT, FREE, FRONT, LAG, STAND,
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing import places
+from robotont_testing.node_test import ERROR
 
 sys.path.append(str(places.package("robotont_simulator") / "test"))
 from lockstep import LockstepRun
@@ -88,6 +95,35 @@ def test_what_is_felt_lies_where_the_camera_looks_so_that_a_scan_clears_it_again
 def test_without_odometry_nothing_is_known_and_the_watch_begins_anew():
     stands, _ = verdicts(lambda now: AHEAD, lambda now: REST, lost=(0.1, 1.5))
     assert stands[0] >= 1.5 + FELT
+
+
+def test_what_holds_the_robot_ends_navigations_goals_and_a_new_one_tries_again(monkeypatch):
+    monitor = Monitor(monkeypatch)
+    stands, ended, felt, told = map(monitor.sent.__getitem__, (
+        "navigation/stand", "move_base/cancel", "navigation/felt", "navigation/held"))
+
+    def drive(by, seconds):
+        """Command 0.2 m/s while the wheels stand."""
+        monitor.hear("cmd_vel/driven_by", String(by))
+        for _ in range(round(seconds / PERIOD)):
+            monitor.hear("cmd_vel/limited", Twist(Vector3(*AHEAD), Vector3()))
+            monitor.hear("odom", Odometry(header=Header(stamp=rospy.Time.now())))
+            monitor.sleep(PERIOD)
+    drive("hand", 1.0)
+    assert (stands, ended) == ([], [])
+    drive("navigation", 0.4)
+    assert (stands, ended) == ([STAND], [])
+    xs, _, _ = zip(*point_cloud2.read_points(felt[-1]))
+    assert min(xs) > 0.15
+    drive("navigation", 1.5)
+    assert (len(stands), len(ended)) == (TRIES, 1)
+    level, words, _ = monitor.reports["motion"]()
+    assert (level, words) == (ERROR, told[-1])
+    assert words.startswith("something holds the robot")
+    monitor.sleep(1.0)
+    assert not felt[-1].width, "a cloud of nothing: else costmaps would never forget the one before"
+    monitor.hear("move_base/current_goal", PoseStamped())
+    assert told[-1] == ""
 
 
 def drive(name, seed, mass, seconds):

@@ -1,16 +1,13 @@
 """What navigation_monitor says of scans, and of the room that it makes at walls; without a master and its time."""
 
 import math
-import time
 
 import numpy as np
 import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from navigation_messages import Bus, grid, ranges_in_box, scan_of, transform, walled
+from navigation_messages import Monitor, grid, ranges_in_box, scan_of, walled
 
-from robotont_map_navigation import localization_check, map_clearing
-from robotont_map_navigation.navigation_monitor import wide_enough
-from robotont_map_navigation.readings import floor_map_of, place_of
+from robotont_map_navigation.localization_check import LOOK_PERIOD
 from robotont_testing.node_test import ERROR, OK, WARN, twist
 
 RIGHT = 0.5, 0.0, 0.3  # where the sensor is
@@ -22,40 +19,16 @@ FILLS = WARN, "the others end before its walls: something that the map lacks fil
 WRONG = ERROR, "of driving: a map of another place, or a wrong pose"
 
 
-class Monitor(Bus):
-    """In a room of 6 m x 2 m around the origin; the sensor really is at RIGHT. tf: its place, and the odometry's."""
-
-    base, odometry = "base_link", "odom"
-
-    def __init__(self, monkeypatch):
-        super().__init__(monkeypatch)
-        self.now, self.places = 100.0, {}
-        monkeypatch.setattr(time, "monotonic", lambda: self.now)
-        for name in ("RepeatingThread", "Health", "robot_name"):
-            monkeypatch.setattr(localization_check, name, lambda *_: None)
-        monkeypatch.setattr(map_clearing, "RepeatingThread", lambda _: None)
-        self.check = localization_check.LocalizationCheck(self)
-        self.check.floor_map = floor_map_of(grid(walled(42, 122), -3.05, -1.05))
-
-    def look_up(self, _frame, child, *_):
-        return self.places.get(child)
-
-    def robot_in(self, _frame):
-        return place_of(self.look_up("map", self.base))
-
-    def stand(self, x, y, yaw, odometry=0.0):
-        """Where the localization has the robot; the odometry has begun at x = `odometry` [m]."""
-        here = transform("", x, y, yaw).transform
-        self.places = {"laser": here, "base_link": here, "odom": transform("", odometry, 0.0).transform}
+class Seeing(Monitor):
+    """Its sensor really is at RIGHT."""
 
     def look(self, ranges=ALL, seconds=4.0):
         """(level, words) of the diagnostics after a while."""
-        for _ in range(round(seconds / localization_check.LOOK_PERIOD)):
-            self.now += localization_check.LOOK_PERIOD
+        for _ in range(round(seconds / LOOK_PERIOD)):
             if ranges is not None:
                 self.hear("scan", scan_of(ranges))
-            self.check._look()
-        return self.check._report[:2]
+            self.sleep(LOOK_PERIOD)
+        return self.reports["localization"]()[:2]
 
     def drive(self, ranges, way, x=RIGHT[0]):
         """The same after `way` [m] to and fro around a place."""
@@ -72,7 +45,7 @@ class Monitor(Bus):
 
 @pytest.fixture
 def monitor(monkeypatch):
-    monitor = Monitor(monkeypatch)
+    monitor = Seeing(monkeypatch)
     monitor.stand(*RIGHT)
     return monitor
 
@@ -131,10 +104,8 @@ def test_a_pose_where_no_robot_can_be_is_wrong(monitor, place, words):
 def test_a_pose_that_slides_away_is_wrong_even_when_it_fits_then(monitor):
     says(monitor.look(HALF), FILLS)
     monitor.stand(1.6, 0.0, 0.3, odometry=1.1)
-    slid = ERROR, "the localization has moved the pose by 1.1 m"
-    says(monitor.look(HALF), slid)
-    says(monitor.look(), slid)
-    assert monitor.check._report[1].startswith("the map explains 76%")
+    says(monitor.look(HALF), (ERROR, "the localization has moved the pose by 1.1 m"))
+    says(monitor.look(), (ERROR, "the map explains 76% of the scan's rays, but the localization has moved the pose by"))
 
 
 def test_transforms_that_are_late_for_a_moment_are_no_fault(monitor):
@@ -145,32 +116,32 @@ def test_transforms_that_are_late_for_a_moment_are_no_fault(monitor):
 
 
 def test_updates_of_the_map_wait_until_all_have_one_of_another_size(monitor):
-    clearing = map_clearing.FootprintClearing(monitor)
-
     def updates(cells, seconds):
-        """How many have come within a time after a map."""
+        """Those that have come within a time after a map."""
         monitor.sent.clear()
-        clearing.take_map(floor_map_of(grid(cells, -1.0, -1.0)))
-        for _ in range(round(10 * seconds)):
-            monitor.now += clearing._look()
-        return len(monitor.sent["map_for_planning_updates"])
+        monitor.hear("map", grid(cells, -1.0, -1.0))
+        monitor.sleep(seconds)
+        return monitor.sent["map_for_planning_updates"]
     monitor.stand(-0.88, 0.5, 0.0)
-    assert updates(walled(60, 80), 1.9) == 0
-    assert updates(walled(60, 80), 1.5) > 0
-    assert updates(walled(50, 70), 1.9) == 0
-    monitor.now += 0.2
-    clearing._look()
+    assert updates(walled(60, 80), 1.9) == []
+    assert updates(walled(60, 80), 1.5) != []
+    assert updates(walled(50, 70), 1.9) == []
+    monitor.sleep(0.2)
     newest = monitor.sent["map_for_planning_updates"][-1]
     assert (newest.header.frame_id, newest.x) == ("map", 0)
     assert 0 in newest.data
 
 
-def test_a_map_that_is_higher_than_wide_is_wide_enough_for_navfn():
-    """Its ways have 4 points per column, half a cell apart."""
+def test_amcl_gets_the_middles_of_cells_for_their_corners_and_navfn_a_map_that_is_wide_enough(monitor):
+    """A way of navfn has 4 points per column, half a cell apart."""
     corridor = walled(360, 30)
-    wide = wide_enough(grid(corridor))
-    assert 2 * wide.info.width > 2 * (360 + 30) - 1
-    cells = np.reshape(wide.data, (360, wide.info.width))
+    monitor.hear("map", grid(corridor, 1.0, 2.0))
+    exact, wide = (monitor.sent[f"map_for_{who}"] for who in ("amcl", "planning"))
+    for maps, corner in (exact, (1.025, 2.025)), (wide, (1.0, 2.0)):
+        place = maps[-1].info.origin.position
+        assert (place.x, place.y) == pytest.approx(corner)
+    assert 2 * wide[-1].info.width > 2 * (360 + 30) - 1
+    cells = np.reshape(wide[-1].data, (360, wide[-1].info.width))
     np.testing.assert_array_equal(cells[:, :30], corridor)
     assert (cells[:, 30:] == -1).all()
-    assert wide_enough(grid(walled(42, 122))).info.width == 122
+    assert wide[0].info.width == 122

@@ -5,40 +5,34 @@ import random
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import OccupancyGrid
+from navigation_messages import ANGLES, CELL, Bus, scan_of, transform, walled
 
-from robotont_driver.kinematics.se2 import between, compose
+from robotont_driver.kinematics.se2 import between, compose, pose_of
+from robotont_map_navigation import relocalize
 from robotont_map_navigation.floor_map import FloorMap
+from robotont_map_navigation.goal import Status
 from robotont_map_navigation.scan_fit import APART, search
 
 SIZE = 5.0, 4.0  # [m] of the room, inside its walls of a cell each
-CELL = 0.05
-ANGLES = np.linspace(-math.pi, math.pi, 180, endpoint=False)
 CLEARANCE = 0.1
-SEES = 6.0       # [m] the whole room: with less, places in the open look alike
+STEPS = np.arange(0.0, 7.0, 0.01)  # [m] of each ray, through the whole room: with less, places in the open look alike
 
 
 def room(*walls):
     """A FloorMap of a room, turned by 0.4 rad; walls: (first row, last row, column), all in cells, inside it."""
-    columns, rows = (round(side / CELL) for side in SIZE)
-    cells = np.zeros((rows + 2, columns + 2), np.int8)
-    cells[[0, -1]] = cells[:, [0, -1]] = 100
+    cells = walled(82, 102)
     for first, last, column in walls:
         cells[first:last, column] = 100
     return FloorMap(cells, CELL, (-1.0, 2.0, 0.4))
 
 
 def look(floor_map, pose):
-    """(ends 2 x N, free 2 x M) of a scanner all around at a pose, by small steps along each ray."""
-    steps = np.arange(0.0, SEES, 0.01)
-    x, y, _ = compose((pose[0], pose[1], 0.0), (np.cos(ANGLES + pose[2])[:, None] * steps,
-                                                np.sin(ANGLES + pose[2])[:, None] * steps, 0.0))
-    row, column = (np.floor(index).astype(int) for index in floor_map.indices(x, y))
-    walls = floor_map.cells[np.clip(row, 0, floor_map.cells.shape[0] - 1),
-                            np.clip(column, 0, floor_map.cells.shape[1] - 1)] > 0
-    ends = walls.any(axis=1)
-    lengths = np.where(ends, steps[walls.argmax(axis=1)], SEES)
-    rays = np.array([lengths * np.cos(ANGLES), lengths * np.sin(ANGLES)])
-    return rays[:, ends], rays[:, ~ends]
+    """(ends 2 x N, free 2 x 0) of a scanner all around at a pose."""
+    ways = np.array((np.cos(ANGLES), np.sin(ANGLES)))
+    x, y, _ = compose(pose, (*(ways[:, :, None] * STEPS), 0.0))
+    return ways * STEPS[floor_map.are_near_walls((x, y), 0.01).argmax(axis=1)], np.zeros((2, 0))
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 20))])
@@ -82,3 +76,46 @@ def test_a_right_pose_is_not_given_up_for_a_cupboard_that_has_moved():
     x, y, yaw = between(pose, first.pose)
     assert math.hypot(x, y) < 0.12
     assert abs(math.remainder(yaw, 2 * math.pi)) < 0.06
+
+
+class Turning(Bus):
+    """A robot, at a pose on a map, that turns as it is told, unless something holds it."""
+
+    base, odometry = "base_link", "odom"
+
+    def __init__(self, monkeypatch, floor_map, pose):
+        super().__init__(monkeypatch)
+        self.floor_map, self.pose, self.yaw, self.held = floor_map, pose, 1.0, False  # yaw: by its odometry
+        monkeypatch.setattr(relocalize, "Frames", lambda: self)
+        monkeypatch.setattr(relocalize, "floor_map_of", lambda _: floor_map)
+
+    def sleep(self, seconds):
+        super().sleep(seconds)
+        commands = self.sent["cmd_vel/navigation"]
+        step = 0.0 if self.held or not commands else seconds * commands[-1].angular.z
+        self.yaw, self.pose = self.yaw + step, compose(self.pose, (0.0, 0.0, step))
+        self.hear("scan", scan_of(np.hypot(*look(self.floor_map, self.pose)[0]), stamp=self.yaw))
+
+    def look_up(self, _frame, _child, stamp):
+        return transform("", 0.0, 0.0, stamp).transform
+
+    def robot_in(self, frame):
+        return (0.0, 0.0, self.yaw) if frame == self.odometry else None
+
+
+def test_relocalize_turns_the_robot_once_and_tells_amcl_where_it_is_unless_something_holds_it(monkeypatch):
+    floor_map = room((0, 30, 35))
+    robot = Turning(monkeypatch, floor_map, compose(floor_map.origin, (1.6, 1.5, 0.3)))
+    tool = relocalize.Relocalize()
+    robot.hear("map", OccupancyGrid())
+    status, words = tool.run()
+    assert (status, words[:10]) == (Status.DONE, "found at (")
+    assert robot.yaw == pytest.approx(1.0 + 2 * math.pi, abs=0.1)
+    told, = robot.sent["initialpose"]
+    x, y, yaw = between(robot.pose, pose_of(told.pose.pose))
+    assert max(abs(x), abs(y), abs(math.remainder(yaw, 2 * math.pi))) < 0.1
+    robot.held = True
+    status, words = tool.run()
+    assert (status, words[:23]) == (Status.GAVE_UP, "the robot does not turn")
+    assert len(robot.sent["initialpose"]) == 1
+    assert robot.sent["cmd_vel/navigation"][-1] == Twist()

@@ -68,19 +68,14 @@ class Robot:
         rospy.wait_for_service("emergency_stop/release", 20.0)
         self._release = rospy.ServiceProxy("emergency_stop/release", Trigger, persistent=True)
         self._release()
-        self.speed = 0.0  # [m/s] that somebody commands; None: nothing
-        RepeatingThread(self._drive)
+        self.speed = 0.0  # [m/s] that somebody commands
+        RepeatingThread(lambda: self.command.publish(twist(self.speed)) or 0.02)
         for by in BY:  # whoever hangs afterwards, each is connected
             self.release()
             self.delay(by)
 
-    def _drive(self):
-        if self.speed is not None:
-            self.command.publish(twist(self.speed))
-        return 0.02
-
     def close(self):
-        self.speed = None
+        self.speed = 0.0
         self.keys.end()
         self.client.__exit__()
         os.close(self._reader)  # whoever waits for room in it goes on
@@ -88,16 +83,6 @@ class Robot:
         with ThreadPoolExecutor() as ends:  # each takes a second
             list(ends.map(self.processes.stop, (self.server, self.listener, self.rosout, self.launch)))
         self.board.close()
-
-    def press(self, by):
-        now = time.monotonic()
-        if by == "page":
-            self.page.send({"kind": "stop"})
-        elif by == "keys":
-            self.keys.type(" ")
-        else:
-            self.button.publish(True)
-        return now
 
     def release(self):
         """As a person does who asks again where he must; it moves behind a zero."""
@@ -118,7 +103,9 @@ class Robot:
 
     def delay(self, by):
         """[s] from a press until the last wheel's zero is on the wire, to stay until the release."""
-        first, pressed = len(self.board.heard), self.press(by)
+        first, pressed = len(self.board.heard), time.monotonic()
+        {"page": lambda: self.page.send({"kind": "stop"}), "keys": lambda: self.keys.type(" "),
+         "topic": lambda: self.button.publish(True)}[by]()
 
         def standing():
             heard = [(at, any(speeds_of(line.encode(), 3))) for at, line in self.board.heard[first:]]

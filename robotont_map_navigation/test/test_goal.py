@@ -7,26 +7,20 @@ from move_base_msgs.msg import MoveBaseActionFeedback
 from navigation_messages import Bus
 
 from robotont_map_navigation.arrival import ARRIVED, STAYS, Arrival
-from robotont_map_navigation.goal import Goal, Status, outcome, progress
+from robotont_map_navigation.goal import Goal, Status, outcome
 from robotont_map_navigation.goto import parse_arguments
 
 GOAL = Goal(8.0, 8.0, 1.57)
 
 
-@pytest.mark.parametrize("words, numbers", [
-    (["8", "-1e-3", "-3.14159"], (8.0, -0.001, -3.14159, 60.0)),
-    (["1000", "-1000", "6.2831853", "--patience", "0"], (1000.0, -1000.0, 6.2831853, 0.0)),
-    (["--patience", "1000000", "2", "2", "-0"], (2.0, 2.0, 0.0, 1e6)),
-])
-def test_arguments_are_read_and_negative_numbers_are_no_options(words, numbers):
-    options = parse_arguments(words)
-    assert (options.x, options.y, options.yaw, options.patience) == numbers
+def test_arguments_are_read_and_negative_numbers_are_no_options():
+    options = parse_arguments(["1000", "-1e-3", "-6.2831853", "--patience", "0"])
+    assert (options.x, options.y, options.yaw, options.patience) == (1000.0, -0.001, -6.2831853, 0.0)
 
 
 @pytest.mark.parametrize("words, fault", [
     (["eight", "2", "0"], "argument x: found 'eight', allowed: a number from -1000 to 1000 [m]"),
-    (["2", "nan", "0"], "argument y: found 'nan'"), (["2", "-inf", "0"], "argument y: found '-inf'"),
-    (["1001", "2", "0"], "argument x: found '1001'"), (["", "2", "0"], "argument x: found ''"),
+    (["2", "nan", "0"], "argument y: found 'nan'"), (["1001", "2", "0"], "argument x: found '1001'"),
     (["2", "2", "90"], "argument yaw: found '90', allowed: a number from -6.28 to 6.28 [rad], not degrees"),
     (["2", "2"], "the following arguments are required: yaw"),
     (["2", "2", "0", "--patience", "-1"], "argument --patience: found '-1', allowed: a number from 0 to 1000000 [s]"),
@@ -36,11 +30,6 @@ def test_wrong_arguments_end_with_status_2_and_what_is_allowed(capsys, words, fa
         parse_arguments(words)
     assert raised.value.code == 2
     assert fault in capsys.readouterr().err
-
-
-def test_progress_says_how_far_it_is():
-    assert progress((5.0, 4.0, 0.0), GOAL, 12.4) == "  12 s  at (5.00, 4.00, 0.00), 5.00 m and 1.57 rad to go"
-    assert "waiting" in progress(None, GOAL, 0.0)
 
 
 @pytest.mark.parametrize("state, text, pose, status, words", [

@@ -105,9 +105,12 @@ def test_a_goal_is_given_up_after_its_patience(move_base):
 
 
 @pytest.mark.parametrize("presses", [["/page"], ["/page", ""]])
-def test_a_goal_that_is_given_or_checked_during_an_emergency_stop_is_not_what_a_release_begins(move_base, presses):
+@pytest.mark.parametrize("given", [0.95, 1.05])
+def test_a_goal_that_is_given_or_checked_during_an_emergency_stop_is_not_what_a_release_begins(
+        move_base, presses, given):
     for number, who in enumerate(presses):
-        move_base.later(0.1 * number, move_base.hear, "emergency_stop/pressed_by", String(who))
+        move_base.later(1.0 + 0.1 * number, move_base.hear, "emergency_stop/pressed_by", String(who))
+    move_base.sleep(given)
     assert move_base.goto.go(GOAL) == (Status.REFUSED, "refused: " + STOP)
     move_base.hear("emergency_stop/pressed_by", String(""))
     assert move_base.goals == []
@@ -133,15 +136,17 @@ def test_a_goal_that_waits_says_why_and_goes_on_by_itself(move_base):
 
 
 @pytest.mark.parametrize("after", [0.0, 60.0])
-def test_a_goal_is_not_sent_again_nor_waited_for_once_it_is_left(move_base, after):
+@pytest.mark.parametrize("cancel", [False, True])
+def test_a_goal_is_not_sent_again_nor_waited_for_once_it_is_left(move_base, after, cancel):
     def leave():
-        move_base.goto.leave()
+        move_base.goto.leave(cancel)
         move_base.later(0.0, sent.extend, move_base.goals)
     move_base.after, sent = after, []
     move_base.later(2.2, leave)
     move_base.goto.go(GOAL)
     assert move_base.goals == sent
     assert move_base.now < 103.0
+    assert bool(move_base.cancelled) == cancel
 
 
 def test_whatever_ends_the_client_takes_its_goal_back(move_base, monkeypatch):

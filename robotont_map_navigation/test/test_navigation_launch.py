@@ -88,7 +88,6 @@ def test_a_world_brings_its_map_and_its_start(tmp_path, world):
 def test_a_world_without_a_map_is_refused():
     with pytest.raises(RLException, match=r"file does not exist \[.*/config/maps/empty.yaml\]"):
         read_launch("navigation.launch", "sim:=true", "world:=empty")
-    assert "/map_server" not in read_launch("navigation.launch", "sim:=true", "world:=empty", "map:=none").nodes
 
 
 def below(place, file="navigation.launch", *arguments):
@@ -142,12 +141,6 @@ def test_the_limits_fit_the_driver_and_a_goal_is_reached_where_navigation_monito
     assert defaults["cmd_timeout"] > 1.0 / given["controller_frequency"]
     assert given["DWAPlannerROS/max_vel_trans"] < robot["max_wheel_speed"]
     assert given["DWAPlannerROS/xy_goal_tolerance"] == arrival.ARRIVED
-
-
-def test_every_file_is_loaded():
-    text = "".join((ROOT / "launch" / file).read_text()
-                   for file in ("navigation.launch", "slam.launch", "camera_scan.launch"))
-    assert [file.name for file in (ROOT / "config" / "navigation").glob("*.yaml") if f"/{file.name}" not in text] == []
 
 
 def test_the_footprint_is_that_of_the_wheels_or_of_the_robot_that_runs(tmp_path, running):  # noqa: F811

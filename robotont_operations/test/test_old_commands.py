@@ -18,7 +18,7 @@ from robotont_testing.two_machines import ADDRESSES, TwoMachines
 pytestmark = pytest.mark.timed
 LATE = 1.0   # [s] besides the length of an outage, within which TCP brings what waited
 
-# Does what the word in the file argv[1] says: drive (at 20 Hz), or once.
+# Drives at 20 Hz, or commands once, by a publisher that latches.
 COMMANDER = """
 import sys, time, rospy
 from geometry_msgs.msg import Twist
@@ -26,16 +26,12 @@ rospy.init_node("commander", anonymous=True, disable_signals=True)
 class Listener(rospy.SubscribeListener):
     def peer_subscribe(self, *_):
         print("connected", flush=True)
-latch = sys.argv[2] == "True"
-publisher = rospy.Publisher("cmd_vel/hand", Twist, Listener(), tcp_nodelay=True, latch=latch, queue_size=1)
-motion, before = Twist(), ""
+once, motion = sys.argv[1] == "once", Twist()
+publisher = rospy.Publisher("cmd_vel/hand", Twist, Listener(), tcp_nodelay=True, latch=once, queue_size=1)
 motion.linear.x = 0.1
 while True:
-    order = open(sys.argv[1]).read()
-    if order == "drive" or order == "once" != before:
-        publisher.publish(motion)
-    before = order
-    time.sleep(0.05)
+    publisher.publish(motion)
+    time.sleep(1e9 if once else 0.05)
 """
 
 
@@ -62,13 +58,10 @@ class Stage(TwoMachines):
                                text=True, stdout=subprocess.PIPE).stdout.split()
         return int(found[0]) if found else 0
 
-    def command(self, who, order, latch=False):
-        """Let a commander drive, or publish once; it starts where it does not run."""
-        file = self.folder / f"{who}.orders"
-        file.write_text(order)
-        if who not in self.commanders:
-            self.commanders[who] = self.on("laptop", "/usr/bin/python3", "-c", COMMANDER, file, latch,
-                                            log=self.folder / f"{who}.log", **self.environment("laptop"))
+    def command(self, who, how):
+        """Let a commander "drive", or command "once"."""
+        self.commanders[who] = self.on("laptop", "/usr/bin/python3", "-c", COMMANDER, how,
+                                       log=self.folder / f"{who}.log", **self.environment("laptop"))
 
     def said(self, who):
         """What a commander, or the robot, has printed."""
@@ -144,7 +137,7 @@ def stage(both):
 @pytest.fixture
 def latched(stage):
     """A command from long ago, whose publisher is still there; how often subscribers had connected to it."""
-    stage.command("latched", "once", latch=True)
+    stage.command("latched", "once")
     wait_for(stage.connections, "the connection")
     time.sleep(1.0)  # its age
     stage.stands()

@@ -34,10 +34,9 @@ HEAD = """<!-- Written by docs/draw_tables.py: `./robotont docs`. -->
 A namespace is put before the names of topics. Most nodes publish on `/diagnostics`, too. Beside a parameter stands its
 default, behind the meaning what is allowed.
 
-A node reads its parameters as it starts. After `rosparam set`, end it by `rosnode kill NODE`: robot.launch,
-fleet.launch, gamepad.launch and recorder.launch start their nodes again. With web_teleop_node or simulator_node
-the whole launch ends, and sets its own again: change its file in `config/`.
-Start other nodes anew by hand. A wrong value ends the node,
+A node reads its parameters as it starts. After `rosparam set`, end it by `rosnode kill NODE`: most launch files start
+their nodes again. With web_teleop_node or simulator_node the whole launch ends, and sets its own again: change its
+file in `config/`. Start anew by hand what does not come back. A wrong value ends the node,
 with a message that says what is allowed. Your robot's values stand in [its folder](robots.md).
 With `composed:=true` the driver's three nodes are one, `/robotont_node`. It has their topics, reads their parameters
 under their names, and takes no `serial_write` or `serial_read` of other processes.

@@ -1,7 +1,6 @@
 """The page's commands, in virtual time."""
 
 import json
-import math
 
 import pytest
 
@@ -75,12 +74,6 @@ def test_a_stick_that_is_held_does_not_drive_behind(event, who, driver, seat):
 def test_no_command_exceeds_the_speeds_and_all_keep_their_direction(seat):
     v_x, v_y, omega = seat.command("one", 10.0, (3.0, 4.0, -1.0), 10.0)
     assert (v_x, v_y, omega) == pytest.approx((0.3, 0.4, -0.1))
-
-
-def test_speeds_of_sticks():
-    assert LARGEST.twist(1, 0, 0) == (0.5, 0.0, 0.0)
-    assert math.hypot(*LARGEST.twist(1, 1, 0)[:2]) == pytest.approx(0.5)
-    assert LARGEST.twist(0, 0, -3) == (0.0, 0.0, -2.0)
 
 
 def test_a_message_of_each_kind():

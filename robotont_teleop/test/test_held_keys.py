@@ -1,5 +1,6 @@
 """Held keys, in virtual time."""
 
+import math
 import string
 
 import pytest
@@ -21,6 +22,12 @@ def keys():
 def test_every_movement_key(keys, key, twist):
     assert keys.press(key, 1.0)
     assert keys.twist(1.0) == twist
+
+
+def test_a_diagonal_is_no_faster(keys):
+    keys.press("w", 1.0)
+    keys.press("a", 1.0)
+    assert math.hypot(*keys.twist(1.0)) == pytest.approx(0.3)
 
 
 def test_a_tap_outlasts_the_delay_before_a_keyboard_repeats(keys):

@@ -73,12 +73,12 @@ def test_a_page_that_floods_holds_up_nobody_and_is_closed(served, first, frame):
 
 
 def test_a_stranger_who_holds_all_connections_keeps_nobody_out(guarded):
-    cookie = guarded.access.cookie
-    page = guarded.ready_page(cookie=cookie)
+    cookie = "robotont_teleop=" + guarded.access.cookie
+    page = guarded.ready_page(Cookie=cookie)
     known = http.client.HTTPConnection("127.0.0.1", guarded.port, timeout=10)
     with contextlib.closing(known), contextlib.ExitStack() as strangers:
         def ask():
-            known.request("GET", "/map.png", headers={"Cookie": "robotont_teleop=" + cookie})
+            known.request("GET", "/map.png", headers={"Cookie": cookie})
             answer = known.getresponse()
             assert answer.read()
             return answer.status
@@ -91,9 +91,8 @@ def test_a_stranger_who_holds_all_connections_keeps_nobody_out(guarded):
                 with contextlib.suppress(OSError):
                     stranger.sendall(start)
             assert guarded.request("GET", "/")[0] == 401
-            assert guarded.request("GET", "/", Cookie="robotont_teleop=" + cookie)[0] == 200
-            another = guarded.ready_page(cookie=cookie)
-            another.close()
+            assert guarded.request("GET", "/", Cookie=cookie)[0] == 200
+            guarded.ready_page(Cookie=cookie).close()
         assert ask() == 200
         assert known.sock is socket_of_known, "the connection of one who has the token was closed"
         seen = page.states

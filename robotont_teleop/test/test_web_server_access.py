@@ -30,18 +30,18 @@ def test_the_token_gives_a_cookie_that_opens_and_no_other_one(guarded):
     assert status == 303
     assert all(word in cookie for word in ("HttpOnly", "SameSite=Strict", "Path=/"))
     assert TOKEN not in str(headers)
-    value = cookie.partition(";")[0].partition("=")[2]
-    assert b'id="stop"' in guarded.request("GET", "/", Cookie="robotont_teleop=" + value)[2]
-    assert guarded.ready_page(cookie=value)
+    value = cookie.partition(";")[0]
+    assert b'id="stop"' in guarded.request("GET", "/", Cookie=value)[2]
+    assert guarded.ready_page(Cookie=value)
     with pytest.raises(HTTPClientError, match="401"):
-        guarded.page(cookie=value[:-1] + "x")
+        guarded.page(Cookie=value[:-1] + "x")
     assert guarded.request("POST", "/login", "token=wrong", Origin=origin, **FORM)[0] == 401
 
 
 def test_foreign_origins(served, guarded):
     for origin in (None, "http://evil.example"):
         with pytest.raises(HTTPClientError, match="403"):
-            served.page(origin=origin)
+            served.page(Origin=origin)
     assert guarded.request("POST", "/login", "token=" + TOKEN, Origin="http://evil.example", **FORM)[0] == 403
     assert guarded.request("POST", "/login", "token=" + TOKEN, **FORM)[0] == 403
 
@@ -50,7 +50,7 @@ def test_foreign_hosts(served):
     for host in ("evil.example", "192.168.1.1"):
         assert served.request("GET", "/", Host=host)[0] == 403
         with pytest.raises(HTTPClientError, match="403"):
-            served.page(host=host)
+            served.page(Host=host, Origin=f"http://{host}")
     for host in ("localhost", "robot.local:8100", "127.0.0.1"):
         assert served.request("GET", "/", Host=host)[0] == 200
 
@@ -68,13 +68,3 @@ def test_headers(served):
 def test_no_other_files(served):
     for path in ("/../setup.py", "/..%2fsetup.py", "/web/", "/app.py", "/%00", "//etc/passwd", "/" + "a" * 4000):
         assert served.request("GET", path)[0] == 404, path
-
-
-def test_a_large_request_is_refused_and_the_server_goes_on(served):
-    origin = f"http://127.0.0.1:{served.port}"
-    try:
-        status = served.request("POST", "/login", "token=" + "x" * 100_000, Origin=origin)[0]
-    except OSError:
-        status = 400  # closed before it had been sent
-    assert status == 400
-    assert served.request("GET", "/")[0] == 200

@@ -77,17 +77,13 @@ class NotedRobot:
 class Client(LoopClient):
     """Opens pages as a browser would; for a `with` block."""
 
-    def page(self, origin="", host="", cookie=None):
-        """An open page (OpenPage); raises tornado.httpclient.HTTPClientError when it is refused."""
-        headers = {"Origin": origin or f"http://{host or f'127.0.0.1:{self.port}'}"} if origin is not None else {}
-        if host:
-            headers["Host"] = host
-        if cookie:
-            headers["Cookie"] = f"robotont_teleop={cookie}"
-        return OpenPage(self, headers)
+    def page(self, **headers):
+        """An open page (OpenPage), without those that are empty; raises HTTPClientError when it is refused."""
+        given = {"Origin": f"http://127.0.0.1:{self.port}", **headers}
+        return OpenPage(self, {name: value for name, value in given.items() if value})
 
-    def ready_page(self, **who):
-        page = self.page(**who)
+    def ready_page(self, **headers):
+        page = self.page(**headers)
         wait_for(lambda: {"hello", "state", "status"} <= set(page.messages), "the first messages")
         return page
 
@@ -153,9 +149,7 @@ class OpenPage:
             self._client.do(write())
 
     def close(self):
-        async def close():
-            self.socket.close()
-        self._client.do(close())
+        self._client.loop.call_soon_threadsafe(self.socket.close)
 
     @property
     def time(self):

@@ -56,13 +56,6 @@ def test_a_battery_that_is_low_is_a_light_once(percentage, task, key, lights):
     assert reports.battery["charge"] in (None, 0.1, 0.5)
 
 
-@pytest.mark.parametrize("level", [-128, -1, 3, 127])
-def test_a_level_that_is_none_is_shown_as_silence(level):
-    reports = RobotReports("")
-    reports._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(name="a: b", level=level, message="stale")]))
-    assert reports.worst == {"task": "a: b", "level": 3, "words": "stale", "fault": "silent"}
-
-
 def test_pages_and_fleet_are_told_the_same_worst_and_that_a_task_has_fallen_silent(bus):
     reports = RobotReports("")
 

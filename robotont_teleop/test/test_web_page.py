@@ -137,10 +137,6 @@ navigator.getGamepads = () => [null, window.pad];""")
     page.close()
 
 
-def level(page):
-    return page.run("$('dot').dataset.level")
-
-
 def test_without_its_board_sticks_are_still_and_a_finger_has_to_come_anew(page, served):
     report(served)
     page.push_until(lambda: drives(served), "motion", "#move", up=0.9)
@@ -168,10 +164,10 @@ def test_the_worst_fault_stands_where_one_looks(page, served):
     for fault, words in FAULTS:
         report(served, fault)
         page.wait(f"document.querySelector('#fault p').innerText === {words!r}", "the bar")
-        assert level(page) == str(max(found for found, _ in fault.values()))
+        assert page.run("$('dot').dataset.level") == str(max(found for found, _ in fault.values()))
     report(served)
     page.wait("$('fault').hidden", "its end")
-    assert level(page) == "0"
+    assert page.run("$('dot').dataset.level") == "0"
     assert page.text("#summary") == "All is well (1)"
 
 
@@ -179,7 +175,7 @@ def test_a_pressed_stop_is_seen_and_who_may_release_it(page, served):
     report(served)
     served.robot.emergency_stop.press()
     page.wait("$('stop').getAttribute('aria-pressed') === 'true'", "the pressed button")
-    assert (page.text("#driver"), page.text("#can"), level(page)) == (
+    assert (page.text("#driver"), page.text("#can"), page.run("$('dot').dataset.level")) == (
         "Emergency stop", "Sticks wait for the release", "2")
     served.ready_page().order("take")
     page.wait("$('release').disabled && $('release').innerText === 'Take over first'", "why it may not release it")

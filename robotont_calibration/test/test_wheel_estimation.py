@@ -9,7 +9,6 @@ from synthetic_runs import NOISE, TAPE, drives, recorded, taped_runs, tracked_ru
 from robotont_calibration import calibration_runs
 from robotont_calibration.calibration_runs import taped_run, tracked_run
 from robotont_calibration.free_parameters import FreeParameters
-from robotont_calibration.linear_runs import linear_runs
 from robotont_calibration.next_run import next_run
 from robotont_calibration.trajectory import Trajectory
 from robotont_calibration.wheel_estimation import calibrate
@@ -48,17 +47,6 @@ def test_wrong_parameters_are_recovered(wrong):
     assert np.abs(angles).max() < 0.1
     assert found.undetermined == ()
     assert found.wheel_noise == pytest.approx(NOISE, rel=0.3)
-
-
-def test_derivatives_are_those_of_the_misfits():
-    unknowns = FreeParameters(UNEVEN_4, "each", "each", "free")
-    runs = [list(tracked_runs(UNEVEN_4))[1], list(taped_runs(UNEVEN_4))[2]]
-    values = np.full(len(unknowns.names), 0.01)
-    found = [model.slopes for model in linear_runs(unknowns, values, runs)]
-    for number, step in enumerate(1e-5 * np.eye(len(values))):
-        ahead, behind = linear_runs(unknowns, values + step, runs), linear_runs(unknowns, values - step, runs)
-        for one, other, slopes in zip(ahead, behind, found):
-            np.testing.assert_allclose(slopes[:, number], (one.left - other.left) / 2e-5, rtol=1e-3, atol=1e-4)
 
 
 @pytest.mark.nightly

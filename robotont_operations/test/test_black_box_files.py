@@ -151,14 +151,6 @@ def test_the_recorder_tells_what_it_could_not_write_and_makes_a_folder_again_tha
         assert [stamp for _, _, stamp in messages(bags_of(run))] == [1003.0]
 
 
-def test_a_folder_that_cannot_be_written_is_one_clear_line():
-    ros, parameters = mock.Mock(), {"folder": "/proc/black_box", "topics": "", "keep": 60.0}
-    with mock.patch.multiple(recorder_node, rospy=ros, run_without_wheels=lambda _, node, __: node(parameters)), \
-            pytest.raises(SystemExit):
-        recorder_node.main()
-    assert "cannot record: %s: set ~folder" in ros.logfatal.call_args[0][0]
-
-
 @contextlib.contextmanager
 def mounted(disk, folder):
     """A block in which the image of a disk is mounted."""

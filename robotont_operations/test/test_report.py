@@ -1,7 +1,6 @@
 """What is in a report, and what cannot be."""
 
 import io
-import os
 import re
 import sys
 import tarfile
@@ -64,16 +63,6 @@ def test_logs_are_those_of_own_nodes_without_users_in_addresses(run, tmp_path):
     logs = {name.rpartition("/")[2]: text for name, text in found.items() if "/logs/" in name}
     assert logs == dict.fromkeys(own, words.format(""))
     assert not [name for name, text in found.items() if "hunter22" in text]
-
-
-def test_a_run_of_the_black_box_whose_name_is_no_unicode_costs_no_report(run, tmp_path):
-    folder = os.fsencode(str(tmp_path / "box")) + b"/run_000001_\xff"
-    os.makedirs(folder)
-    with open(folder + b"/000001.bag", "wb") as file:
-        file.write(b"no bag")
-    said, found = run()
-    assert "black box run_000001_" in said
-    assert "run_000001_" in found["r/notes.txt"]
 
 
 def test_parameters_are_numbers_and_names_of_own_tables():

@@ -107,14 +107,3 @@ def test_only_where_both_are_known_they_are_compared():
     assert np.array_equal(estimate.times, reference.times)
     with pytest.raises(ValueError, match="do not overlap in time"):
         synchronise(known, Trajectory(known.times + 50, known.poses))
-
-
-@pytest.mark.parametrize("times, poses, words", [
-    ([0.0], [(0, 0, 0)], "found 1 poses"),
-    ([0.0, 0.0], [(0, 0, 0)] * 2, "found 1 poses at different times"),
-    ([0.0, 1.0], [(0, 0, 0)], "found 2 times for 1 poses"),
-    ([0.0, 1.0], [(0, 0, 0), (0, math.nan, 0)], "not a finite number"),
-])
-def test_what_is_no_trajectory_is_refused(times, poses, words):
-    with pytest.raises(ValueError, match=words):
-        Trajectory(times, poses)

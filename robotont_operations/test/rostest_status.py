@@ -29,16 +29,11 @@ class StatusTest(NodeTest):
         self.processes.launch("robot.launch", f"port:={board.link}", "description:=false")
         self.wait_for_status("serial_com_node: link", OK)
         self.wait_for_status("odom_node: wheel feedback", OK)
-        with subprocess.Popen(["bash", "-c", f"{places.program('robotont_operations', 'status')} | head -n 1"],
-                              text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as head:
-            self.a_report_has_the_graph_and_own_parameters()
-            done = self.run_tool("status")
-            self.assertEqual(head.communicate(timeout=60)[0].count("\n"), 1)
+        self.a_report_has_the_graph_and_own_parameters()
+        done = self.run_tool("status")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        self.assertLess(max(map(len, done.stdout.splitlines())), 102)
         for words in ("nodes", "link", "board", "command stream", "config/robots/thesis", "packets/s, checked"):
             self.assertIn(words, done.stdout)
-        self.assertNotIn("\033", done.stdout)  # colours are for terminals
         pid = self.processes.pid("/serial_com_node")
         with suspended(pid):
             done = self.run_tool("status")

@@ -1,12 +1,14 @@
 """How the page looks in a real browser, on a server whose robot only takes notes: on every screen, for everybody."""
 
 import time
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from page_client import LIGHTS, choose_language, open_page, png, report
 
 from robotont_testing.browser import CHROMIUM, DESKTOP, PHONE, PHONE_LYING, Browser
+from robotont_testing.harness import tool_module
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
 LANGUAGES = ("en", "de", "et")
@@ -49,6 +51,7 @@ def test_it_looks_right_and_everybody_can_use_it(served, sizes):
         assert page.run("document.documentElement.lang") == "de", "the browser's language"
         tell(served, trouble=False)
         page.wait(f"document.querySelectorAll('#lights li').length === {len(LIGHTS)}", "the robot's health")
+        page.run(axe())
         for dark, more in ((False, CONTROLS), (True, ("#take", "#release", "#more")),
                            (False, ("#swap", "#stop_waits"))):
             if "#take" in more:  # all at once: another page drives, faults, a pressed stop
@@ -68,8 +71,25 @@ def test_it_looks_right_and_everybody_can_use_it(served, sizes):
                 for language in LANGUAGES:
                     choose_language(page, language)
                     check_places(page, (size, language), [one for one in more if one != "#more" or not hidden])
+                if size in (PHONE, DESKTOP):
+                    check_by_axe(page)
         assert page.complaints() == []
         page.close()
+        login = browser.page(f"http://127.0.0.1:{served.port}/login.html", PHONE)
+        login.wait("document.querySelector('[type=submit]').textContent", "the words")
+        login.run(axe())
+        check_by_axe(login)
+
+
+def check_by_axe(page):
+    """The rules can be applied, that of contrast among them, and none of them is violated seriously."""
+    passed, violated, failed = page.run(
+        "axe.run().then(({passes, violations, incomplete}) => [passes.map((rule) => rule.id), violations.map("
+        "(rule) => [rule.impact, rule.id, rule.nodes.map((node) => node.target)]), "
+        "incomplete.filter((rule) => rule.error).map((rule) => [rule.id, rule.message])])")
+    assert failed == []
+    assert "color-contrast" in passed
+    assert not [rule for rule in violated if rule[0] in ("serious", "critical")]
 
 
 def check_places(page, where, wanted):
@@ -85,3 +105,7 @@ def check_places(page, where, wanted):
     stop, ring = page.box("#stop"), page.box("#move")
     assert min(stop[2:]) >= 88, where
     assert min(ring[2:]) >= 100, where
+
+
+def axe():
+    return Path(tool_module("axe_core_python").__file__).with_name("axe.min.js").read_text()

@@ -1,5 +1,7 @@
 """Why a goal ends, beside others who stop or cancel goals and send some; without ROS and its time."""
 
+import math
+
 import pytest
 from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -8,7 +10,7 @@ from navigation_messages import Bus, grid, walled
 from std_msgs.msg import String
 
 from robotont_map_navigation.goal import Goal, Status
-from robotont_map_navigation.goto_client import GoTo
+from robotont_map_navigation.goto_client import LOOK, TURN, GoTo
 
 GOAL = Goal(1.0, 1.0, 0.0)
 STOP = "the emergency stop, pressed by /page: release it, then send the goal again"
@@ -42,7 +44,7 @@ class MoveBase(Bus):
         if topic == "move_base/goal":
             self.later(self.after, self.end, message.goal_id, self.status, self.before)
             super().sleep(0.0)
-        else:
+        elif topic == "move_base/cancel":
             self.cancelled.append(message.id)
             if self.obeys:
                 self.end(message, GoalStatus.PREEMPTED)
@@ -102,6 +104,20 @@ def test_a_goal_where_the_map_has_no_room_is_never_sent(move_base, x, y, words):
 def test_a_goal_is_given_up_after_its_patience(move_base):
     assert move_base.goto.go(GOAL, patience=1.0) == (Status.GAVE_UP, "move_base gave up (ABORTED): no way")
     assert len(move_base.goals) > 2
+
+
+@pytest.mark.parametrize("seconds, status", [(3.0, Status.REPLACED), (60.0, Status.GAVE_UP)])
+def test_a_robot_that_waits_turns_around_now_and_then_to_see_whether_its_way_is_free(move_base, seconds, status):
+    """Until an emergency stop is pressed, so long after the turn has begun, or once around."""
+    def press_later(words):
+        if words == "looks around":
+            move_base.later(seconds, move_base.hear, "emergency_stop/pressed_by", String("/page"))
+    move_base.goto._show = press_later
+    assert move_base.goto.go(GOAL, patience=LOOK + 2.0).status == status
+    turns = [message.angular.z for message in move_base.sent["cmd_vel/navigation"]]
+    assert 0.1 * sum(turns) == pytest.approx(min(TURN * seconds, 2 * math.pi), abs=0.2)
+    assert turns.index(0.0) == len(turns) - 1
+    assert len(move_base.goals) > 10
 
 
 @pytest.mark.parametrize("presses", [["/page"], ["/page", ""]])

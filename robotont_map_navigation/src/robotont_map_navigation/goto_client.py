@@ -8,7 +8,7 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, Twist, Vector3
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import Header, String
@@ -24,6 +24,8 @@ SILENCE = 3.0      # [s] without a status of move_base, which sends five per sec
 LOOK_UP = 0.4      # [s] that the map has to come; without it a goal is not checked
 STAYS = 0.5        # [m] a robot that stays in a circle as small gets nowhere
 PATIENCE = 60.0    # [s] for which a goal may wait where the robot gets nowhere
+LOOK = 8.0         # [s] of that, and since the last look, after which the robot looks around ...
+TURN = 1.0         # [rad/s] ... by a turn on the spot
 NEWS = 3.0         # [s] for which a word of the diagnostics counts
 PERIOD = 1.0       # [s] between two lines of progress
 AGAIN = 0.5        # [s] at least between two goals that are the same
@@ -49,6 +51,7 @@ class GoTo:
         self._left = False
         self._lock = threading.Lock()
         self._reports = {}     # name of a diagnostics' task: (time [s], level, words)
+        self._command = rospy.Publisher("cmd_vel/navigation", Twist, queue_size=1)
         # not SimpleActionClient: it passes over the end of a goal that ends before its handle has been returned
         self._client = actionlib.ActionClient("move_base", MoveBaseAction)
         rospy.Subscriber("navigation/held", String, self._on_held, queue_size=10)
@@ -67,7 +70,8 @@ class GoTo:
     def go(self, goal, patience=PATIENCE):
         """Send the robot to a Goal; its Outcome.
 
-        Where the robot gets nowhere the goal waits for `patience` [s], and goes on by itself; with 0 move_base decides.
+        Where the robot gets nowhere the goal waits for `patience` [s], beside the looks around, and goes on by itself;
+        with 0 move_base decides.
         """
         refused = self.check(goal)
         if not refused:
@@ -97,7 +101,7 @@ class GoTo:
 
     def follow(self, goal, patience=PATIENCE):
         """The Outcome of the goal that was sent last; `patience` as of `go`."""
-        start = since = time.monotonic()
+        start = since = looked = time.monotonic()
         told = -math.inf
         place, given_up = None, ""  # in the circle around it the robot has been since then; why move_base gave up there
         try:
@@ -111,6 +115,11 @@ class GoTo:
                 found = self._end(goal, now - start) if ended else self._by_others()
                 if found and (found.status != Status.GAVE_UP or self._held or waited > patience):
                     return found
+                if found and min(waited, now - looked) > LOOK:
+                    self._look_around()
+                    looked = time.monotonic()
+                    since += looked - now
+                    continue
                 with self._lock:
                     if found and not self._left:  # what made move_base give up may pass: a door, a cable, a sensor
                         given_up = found.words
@@ -130,6 +139,17 @@ class GoTo:
         except BaseException:  # nobody reads what `show` prints, for instance
             self._take_back()
             raise
+
+    def _look_around(self):
+        """Turn once: who stood where the camera does not look would bar the way for ever, also when gone."""
+        self._show("looks around")
+        end = time.monotonic() + 2 * math.pi / TURN
+        try:
+            while time.monotonic() < end and not (self._left or self._by_others()):
+                self._command.publish(Twist(angular=Vector3(z=TURN)))
+                time.sleep(0.1)
+        finally:
+            self._command.publish(Twist())
 
     def _cause(self, before=""):
         """The worst that the robot's nodes say of themselves, behind words; empty when all is well."""

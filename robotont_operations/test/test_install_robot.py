@@ -92,6 +92,24 @@ def test_removal_stops_services_and_leaves_no_file_but_the_users_and_what_a_link
     assert (root / "etc/robotont/page.pem").exists()
 
 
+@pytest.mark.parametrize("name", ["etc/robotont/robot.conf", "etc/systemd/system/robotont.service"])
+def test_what_is_no_file_is_refused_and_other_names_of_a_file_are_not_written_through(name, tmp_path):
+    root, other = tmp_path / "root", tmp_path / "other"
+    (root / name).parent.mkdir(parents=True)
+    other.write_bytes("# K\u00fcche\n".encode("latin-1"))
+    for make in (os.mkfifo, lambda link: os.symlink(str(other), link)):
+        make(str(root / name))
+        done = install_robot(root, "robot:=robotont2")
+        assert (done.returncode, f"{root / name} is no file" in done.stderr) == (1, True)
+        (root / name).unlink()
+    os.link(str(other), str(root / name))
+    done = install_robot(root, "robot:=robotont2")
+    assert done.returncode == 0, done.stderr
+    assert other.read_bytes() == b"# K\xfcche\n"
+    if name.endswith(".conf"):
+        assert (root / name).read_bytes() == b"# K\xfcche\nROBOTONT_ROBOT=robotont2\n"
+
+
 @pytest.mark.parametrize("good, addresses", [
     (False, ["300.1.1.1", "10.0.0.1.", "127.0.0.1", "0.0.0.0", "224.0.0.1", "localhost", "robot..local", "robot-.local",
              "robot local", ""]),

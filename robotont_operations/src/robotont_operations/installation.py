@@ -85,6 +85,9 @@ def install(files, links, robot, root):
     name. Raises OSError.
     """
     paths = {name: Path(root, name) for name in (*files, *links)}
+    for path in map(paths.get, files):
+        if path.is_symlink() or (path.exists() and not path.is_file()):  # a pipe, a device
+            raise OSError(f"{path} is no file; allowed: a file")
     written = []
     for name, path in paths.items():
         path.parent.mkdir(parents=True, exist_ok=True)

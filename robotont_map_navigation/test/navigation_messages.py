@@ -8,12 +8,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import TransformStamped
-from nav_msgs.msg import OccupancyGrid
+from geometry_msgs.msg import Transform, TransformStamped, Vector3
+from nav_msgs.msg import MapMetaData, OccupancyGrid
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Header
 
 from robotont_map_navigation import held, localization_check, map_clearing, navigation_monitor
-from robotont_map_navigation.readings import place_of
+from robotont_map_navigation.readings import message_of, place_of
 
 CELL = 0.05  # [m]
 
@@ -27,12 +28,8 @@ def walled(rows, columns):
 
 def grid(cells, x=0.0, y=0.0):
     """A map of cells, the corner of the first at (x, y) [m]."""
-    message = OccupancyGrid(data=cells.ravel().tolist())
-    message.header.frame_id = "map"
-    message.info.resolution, message.info.height, message.info.width = CELL, *cells.shape
-    message.info.origin.position.x, message.info.origin.position.y = x, y
-    message.info.origin.orientation.w = 1.0
-    return message
+    info = MapMetaData(rospy.Time(), CELL, cells.shape[1], cells.shape[0], message_of((x, y, 0.0)))
+    return OccupancyGrid(Header(frame_id="map"), info, cells.ravel().tolist())
 
 
 ANGLES = np.linspace(-math.pi, math.pi, 90, endpoint=False)  # [rad] of a scanner all around
@@ -47,19 +44,14 @@ def ranges_in_box(pose, left, right, low, high):
 
 def scan_of(ranges, sees=8.0, stamp=None):
     """The LaserScan of the frame `laser`."""
-    message = LaserScan(angle_min=-math.pi, angle_increment=2 * math.pi / 90, range_min=0.05, range_max=sees,
-                        ranges=ranges)
-    message.header.frame_id, message.header.stamp = "laser", stamp or rospy.Time()
-    return message
+    return LaserScan(header=Header(0, stamp or rospy.Time(), "laser"), angle_min=-math.pi,
+                     angle_increment=2 * math.pi / 90, range_min=0.05, range_max=sees, ranges=ranges)
 
 
 def transform(child, x, y, yaw=0.0):
     """The transform of a frame at (x, y) [m], yaw [rad] on the map."""
-    message = TransformStamped(child_frame_id=child)
-    message.header.frame_id = "map"
-    message.transform.translation.x, message.transform.translation.y = x, y
-    message.transform.rotation.z, message.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
-    return message
+    place = Transform(Vector3(x, y, 0.0), message_of((x, y, yaw)).orientation)
+    return TransformStamped(Header(frame_id="map"), child, place)
 
 
 class Bus:

@@ -5,7 +5,6 @@ import subprocess
 import xmlrpc.client
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Dict, NamedTuple
 from unittest import mock
 
 import pytest
@@ -38,13 +37,6 @@ def figures_of(program, *arguments, timeout):
     return json.loads(result.stdout.splitlines()[-1])
 
 
-class Launch(NamedTuple):
-    """A launch file as roslaunch reads it."""
-
-    nodes: Dict[str, str]        # full name: arguments
-    parameters: Dict[str, Any]   # full name: value
-
-
 PARAM_VALUE = loader.Loader.param_value
 
 
@@ -56,12 +48,12 @@ def value_of(*given):
 
 @lru_cache(maxsize=None)
 def read_launch(file, *arguments):
-    """Launch of a launch file with arguments; the navigation stack need not be there."""
+    """(nodes, parameters) of a launch file: arguments and values by full name. The navigation stack may be missing."""
     # only while it reads: other tests of this process want commands run
     with mock.patch.object(loader.Loader, "param_value", lambda _, *given: value_of(*given)):
         config = load_config_default([(str(places.launch(file)), list(arguments))], None)
-    own = {name: param.value for name, param in config.params.items()}
-    return Launch({node.namespace + node.name: node.args for node in config.nodes}, own)
+    return ({node.namespace + node.name: node.args for node in config.nodes},
+            {name: parameter.value for name, parameter in config.params.items()})
 
 
 @pytest.fixture(scope="module")

@@ -46,12 +46,12 @@ def test_a_missing_package_is_named():
 @pytest.mark.parametrize("arguments, localization", [
     ((), {"/amcl"}), (("localization:=fake",), {"/fake_localization"}), (("localization:=none",), set())])
 def test_each_localization_starts_its_nodes(arguments, localization):
-    assert set(read_launch("navigation.launch", *arguments).nodes) == {
-        *localization, "/map_server", "/move_base", "/navigation_monitor"}
+    nodes, _ = read_launch("navigation.launch", *arguments)
+    assert set(nodes) == {*localization, "/map_server", "/move_base", "/navigation_monitor"}
 
 
 def test_sim_starts_the_robot_map_none_no_map_server_and_rviz_the_view_of_navigation():
-    nodes = read_launch("navigation.launch", "sim:=true", "map:=none", "rviz:=true").nodes
+    nodes, _ = read_launch("navigation.launch", "sim:=true", "map:=none", "rviz:=true")
     assert set(nodes) >= {"/simulator_node", "/driver_node", "/robot_state_publisher", "/move_base", "/amcl"}
     assert "/map_server" not in nodes
     assert "navigation.rviz" in nodes["/rviz"]
@@ -59,7 +59,7 @@ def test_sim_starts_the_robot_map_none_no_map_server_and_rviz_the_view_of_naviga
 
 
 def test_frames_and_topics_of_a_second_robot():
-    found = read_launch("navigation.launch", "sim:=true", "namespace:=robot2").parameters
+    _, found = read_launch("navigation.launch", "sim:=true", "namespace:=robot2")
     expected = {
         "amcl/odom_frame_id": "robot2/odom", "amcl/base_frame_id": "robot2/base_link", "amcl/global_frame_id": "map",
         "map_server/frame_id": "map", "move_base/global_costmap/global_frame": "map",
@@ -78,11 +78,11 @@ def test_a_world_brings_its_map_and_its_start(tmp_path, world):
     for name in (f"{world}.yaml", f"{world}.pgm"):
         assert (maps / name).read_bytes() == (tmp_path / name).read_bytes(), \
             f"made anew by: rosrun robotont_simulator make_map config/worlds/{world}.yaml config/maps/{world}"
-    launch = read_launch("navigation.launch", "sim:=true", f"world:={world}")
-    assert Path(launch.nodes["/map_server"].strip("'")).resolve() == (maps / f"{world}.yaml").resolve()
-    assert Path(launch.parameters["/simulator_node/world"]).resolve() == file
+    nodes, parameters = read_launch("navigation.launch", "sim:=true", f"world:={world}")
+    assert Path(nodes["/map_server"].strip("'")).resolve() == (maps / f"{world}.yaml").resolve()
+    assert Path(parameters["/simulator_node/world"]).resolve() == file
     # amcl starts where the simulated robot does
-    assert tuple(launch.parameters[f"/amcl/initial_pose_{axis}"] for axis in "xya") == read_world(file).start
+    assert tuple(parameters[f"/amcl/initial_pose_{axis}"] for axis in "xya") == read_world(file).start
 
 
 def test_a_world_without_a_map_is_refused():
@@ -92,14 +92,14 @@ def test_a_world_without_a_map_is_refused():
 
 def below(place, file="navigation.launch", *arguments):
     """{name below a place: value} of the parameters of a launch file."""
-    return {name[len(place):]: value for name, value in read_launch(file, *arguments).parameters.items()
+    return {name[len(place):]: value for name, value in read_launch(file, *arguments)[1].items()
             if name.startswith(place)}
 
 
 def test_every_parameter_is_one_that_its_node_reads():
     found = {name.strip("/").rpartition("/") for file, *arguments in (
         ("navigation.launch",), ("navigation.launch", "localization:=fake"), ("slam.launch", "camera:=true"))
-        for name in read_launch(file, *arguments).parameters}
+        for name in read_launch(file, *arguments)[1]}
     nodes = {place.partition("/")[0] for place in READERS}
     assert nodes <= {place.partition("/")[0] for place, _, _ in found}
     assert [f"{place}/{name}" for place, _, name in found
@@ -145,7 +145,7 @@ def test_the_limits_fit_the_driver_and_a_goal_is_reached_where_navigation_monito
 
 def test_the_footprint_is_that_of_the_wheels_or_of_the_robot_that_runs(tmp_path, running):  # noqa: F811
     def footprints(*arguments):
-        found = read_launch("navigation.launch", *arguments).parameters
+        _, found = read_launch("navigation.launch", *arguments)
         return {found[f"/move_base/{costmap}_costmap/robot_radius"] for costmap in ("global", "local")}
     large = robot_folder(tmp_path, {**SHIPPED, "wheelDistanceFromCenter": [0.2, 0.3, 0.2], "wheelRadius": 0.06})
     # the outer corner of the second wheel: hypot(0.3 + 0.021, 0.06) = 0.3266

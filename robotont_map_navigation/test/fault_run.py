@@ -3,8 +3,8 @@
 
 fault_run.py [--world NAME] [--only WORDS]... prints JSON, all of it on the last line: for each fault the seconds until
 the robot stood and, after the fault's end, until it drove again by itself (None: it did not), the way [m] that it went
-meanwhile, the status and last line of goto, what mended it, and the localization's error at the end; the memory of
-navigation_monitor [MiB]. Needs move_base.
+meanwhile, the status and last line of goto, those of a second one, and how far off the localization is at the end.
+Needs move_base.
 """
 
 import argparse
@@ -16,17 +16,19 @@ import subprocess
 import sys
 import time
 import xmlrpc.client
-from pathlib import Path
 from typing import Any, Callable, NamedTuple
 
+import numpy as np
 import rospy
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, Vector3
+from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped, Twist, Vector3
 from navigation_run import Run, speed, standing, way
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, Header
 from std_srvs.srv import Empty, SetBool, Trigger
 
-from robotont_map_navigation.readings import Frames
+from robotont_driver.kinematics.se2 import compose
+from robotont_map_navigation.readings import Frames, message_of
 from robotont_testing.harness import Master, wait_for
+from robotont_testing.node_test import twist
 from robotont_testing.places import program
 
 ROUTE = {"room": ((1.2, 1.0, 1.57), (1.2, 5.0, 1.57)), "maze": ((0.5, 0.5, 1.57), (0.5, 3.6, 1.57))}
@@ -44,7 +46,6 @@ class Fault(NamedTuple):
     end: Callable = lambda rig: None
     seconds: float = 0.0          # that it lasts
     statuses: Any = (0,)          # that goto may end with
-    mend: str = ""                # program that a person starts when goto has said so
 
 
 class Rig(Run):
@@ -74,34 +75,17 @@ class Rig(Run):
         leave(self)
         place = self._route[0]
         self.carry(*place)
-        message = PoseWithCovarianceStamped()
-        message.header.frame_id = "map"
-        pose_there = message.pose.pose
-        pose_there.position.x, pose_there.position.y = place[:2]
-        pose_there.orientation.z, pose_there.orientation.w = math.sin(place[2] / 2), math.cos(place[2] / 2)
-        for number in (0, 7, 35):
-            message.pose.covariance[number] = 0.0025
-        self._initial.publish(message)
-        wait_for(lambda: self.error()[0] < 0.1, "amcl there")
+        believed = PoseWithCovariance(message_of(place), (0.0025 * np.eye(6)).ravel().tolist())
+        self._initial.publish(PoseWithCovarianceStamped(Header(frame_id="map"), believed))
+        wait_for(lambda: self.error() < 0.1, "amcl there")
         wait_for(lambda: self.reports and self.reports[-1].level == 0, "a monitor that is content", 30)
         self._clear()
         self.truth[:] = self.truth[-1:]
 
     def error(self):
-        """(distance [m], turn [rad]) between the robot and where the localization has it; inf when nobody knows."""
-        found, (x, y, yaw) = self._frames.robot_in("map"), self.pose()
-        if found is None:
-            return math.inf, math.inf
-        return math.dist(found[:2], (x, y)), abs(math.remainder(found[2] - yaw, 2 * math.pi))
-
-    def pids(self, node):
-        """[process id] of a node that is there."""
-        try:
-            pid = self.master.pid("/" + node)
-            os.kill(pid, 0)
-            return [pid]
-        except (AssertionError, OSError):
-            return []
+        """[m] between the robot and where the localization has it; inf when nobody knows."""
+        found = self._frames.robot_in("map")
+        return math.dist(found[:2], self.pose()[:2]) if found else math.inf
 
     def tool(self, name, *words):
         """A tool of this package as a process."""
@@ -121,7 +105,9 @@ class Rig(Run):
         wait_for(lambda: math.dist(self.pose()[:2], first[:2]) > UNDER_WAY, "a robot under way", 60)
         fault.begin(self)
         begun = time.monotonic()
-        stood = self._seconds(lambda: standing(self.truth[-1]), begun, fault.seconds + 6.0, goto)
+        wait_for(lambda: standing(self.truth[-1]) or goto.poll() is not None or
+                 time.monotonic() > begun + fault.seconds + 6.0, "a robot that stands", fault.seconds + 10.0)
+        stood = round(time.monotonic() - begun, 2) if standing(self.truth[-1]) else None
         wait_for(lambda: time.monotonic() >= begun + fault.seconds, "the fault's end", fault.seconds + 1)
         number = len(self.truth) - 1
         fault.end(self)
@@ -136,41 +122,27 @@ class Rig(Run):
         after = self.truth[number:]
         drives = next((index / 50 for index, message in enumerate(after) if speed(message) > MOVES), None)
         row = {"fault": fault.name, "stood_s": stood, "drove_again_s": drives, "way_after_m": round(way(after), 3),
-               "goto_ended_s": over, "status": goto.returncode, "words": words, "mended": []}
-        if goto.returncode and fault.mend:
-            row["mended"].append((fault.mend, self.end(self.tool(fault.mend))))
+               "goto_ended_s": over, "status": goto.returncode, "words": words}
         if goto.returncode:
+            if "relocalize" in words:
+                self.end(self.tool("relocalize"))
             leave(self)
             again = self.tool("goto", *goal)
-            row["mended"].append(("goto", self.end(again)))
-            row["again"] = again.returncode
+            row["again_words"], row["again"] = self.end(again), again.returncode
         wait_for(lambda: standing(self.truth[-1]), "the robot to stand", 30)
-        row["pose_error_m"], row["pose_error_rad"] = (round(value, 3) for value in self.error())
+        row["pose_error_m"] = round(self.error(), 3)
         row["goal_error_m"] = round(math.dist(self.pose()[:2], goal[:2]), 3)
         return row
 
-    def _seconds(self, condition, since, timeout, goto):
-        """[s] until a condition holds; None when it does not within `timeout` [s], or before goto ends."""
-        while not condition():
-            if time.monotonic() - since > timeout or goto.poll() is not None:
-                return None
-            time.sleep(0.01)
-        return round(time.monotonic() - since, 2)
-
-
-def memory(pid):
-    """[MiB] of a process, proportional set size."""
-    return round(int(Path(f"/proc/{pid}/smaps_rollup").read_text().split("\nPss:")[1].split()[0]) / 1024, 1)
-
 
 def kill(node):
-    """The fault: a node dies without a chance to do anything; roslaunch starts it again."""
+    """A node dies without a chance to do anything; roslaunch starts it again."""
     def begin(rig):
-        rig.killed = rig.pids(node)
-        os.kill(rig.killed[0], signal.SIGKILL)
+        rig.killed = rig.master.node_uri("/" + node)
+        os.kill(rig.master.pid("/" + node), signal.SIGKILL)
 
     def end(rig):
-        wait_for(lambda: rig.pids(node) not in ([], rig.killed), f"{node} again", 30, period=0.1)
+        wait_for(lambda: rig.master.node_uri("/" + node) != rig.killed, f"{node} again", 30, period=0.1)
     return Fault(f"{node} killed", begin, end, statuses=(0, 3))
 
 
@@ -182,20 +154,15 @@ def emergency_stop(seconds):
 
 def take_over(rig):
     """The hand turns the robot for a second."""
-    command = Twist()
-    command.angular.z = 0.8
-    for _ in range(20):
-        rig.hand.publish(command)
+    for turn in [0.8] * 20 + [0.0]:
+        rig.hand.publish(twist(turn=turn))
         time.sleep(0.05)
-    rig.hand.publish(Twist())
 
 
-def visit(ahead):
-    """Somebody stands so far [m] before the robot."""
-    def begin(rig):
-        x, y, yaw = rig.pose()
-        rig.visitor.publish(Vector3(x + ahead * math.cos(yaw), y + ahead * math.sin(yaw), 0.0))
-    return begin
+def visit(rig):
+    """Somebody stands before the robot."""
+    x, y, _ = compose(rig.pose(), (0.9, 0.0, 0.0))
+    rig.visitor.publish(Vector3(x, y, 0.0))
 
 
 def leave(rig):
@@ -216,15 +183,14 @@ def unplug(pull):
     return lambda rig: rospy.ServiceProxy("simulator_node/unplug", SetBool)(pull)
 
 
-def scan_reaches(nodes_of):
-    """Tell who drives by the scan that `nodes_of(publishers)` send it: none, as a camera that dies, or who does."""
+def scan(comes):
+    """Tell who drives by the scan who sends it: nobody, as with a camera that dies, or who does."""
     def tell(rig):
         master = xmlrpc.client.ServerProxy(rig.master.uri)
         publishers = dict(master.getSystemState("/navigation_run")[2][0])["/scan"]
-        uris = [master.lookupNode("/navigation_run", node)[2] for node in nodes_of(publishers)]
-        for node in ("move_base", "amcl", "navigation_monitor"):
-            xmlrpc.client.ServerProxy(master.lookupNode("/navigation_run", "/" + node)[2]).publisherUpdate(
-                "/navigation_run", "/scan", uris)
+        uris = [rig.master.node_uri(node) for node in publishers if comes]
+        for node in ("/move_base", "/amcl", "/navigation_monitor"):
+            xmlrpc.client.ServerProxy(rig.master.node_uri(node)).publisherUpdate("/navigation_run", "/scan", uris)
     return tell
 
 
@@ -232,20 +198,20 @@ FAULTS = {  # by the world
     "room": [
         Fault("hand takes over", take_over), emergency_stop(3), emergency_stop(20),
         Fault("cable unplugged for 20 s", unplug(True), unplug(False), 20.0),
-        Fault("no scan for 20 s", scan_reaches(lambda _: []), scan_reaches(list), 20.0),
+        Fault("no scan for 20 s", scan(False), scan(True), 20.0),
         *map(kill, ("driver_node", "serial_com_node", "odom_node", "cmd_vel_mux", "amcl", "map_server", "move_base",
                     "navigation_monitor")),
         Fault("board restarts", lambda rig: rospy.ServiceProxy("simulator_node/brown_out", Trigger)()),
-        Fault("somebody stands in the way", visit(0.9)),
+        Fault("somebody stands in the way", visit),
         Fault("somebody stands on the goal", lambda rig: rig.visitor.publish(Vector3(*ROUTE["room"][1])),
               statuses=(1, 7)),
-        Fault("kidnapped by 1 m and 90 degrees", kidnap(1.0, 0.0, math.pi / 2), statuses=(8,), mend="relocalize"),
-        Fault("kidnapped by 1 m and -90 degrees", kidnap(0.8, 0.6, -math.pi / 2), statuses=(8,), mend="relocalize"),
-        Fault("kidnapped by 5 m", kidnap(4.0, 3.0, 0.0), statuses=(1, 8), mend="relocalize"),
+        Fault("kidnapped by 1 m and 90 degrees", kidnap(1.0, 0.0, math.pi / 2), statuses=(8,)),
+        Fault("kidnapped by 1 m and -90 degrees", kidnap(0.8, 0.6, -math.pi / 2), statuses=(8,)),
+        Fault("kidnapped by 5 m", kidnap(4.0, 3.0, 0.0), statuses=(1, 8)),
     ],
     "maze": [
-        Fault("the only way barred for 20 s", visit(0.9), leave, 20.0),
-        Fault("the only way barred for good", visit(0.9), statuses=(1,)),
+        Fault("the only way barred for 20 s", visit, leave, 20.0),
+        Fault("the only way barred for good", visit, statuses=(1,)),
     ],
 }
 
@@ -264,8 +230,7 @@ def main():
             row = {**rig.suffer(fault), "expected": fault.statuses}
             rows.append(row)
             print(json.dumps(row), file=sys.stderr, flush=True)
-        monitor = memory(rig.pids("navigation_monitor")[0])
-    print(json.dumps({"navigation_monitor_mib": monitor, "rows": rows}))
+    print(json.dumps(rows))
 
 
 if __name__ == "__main__":

@@ -23,12 +23,11 @@ import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from scipy import ndimage
 
 from robotont_description.geometry import robot_radius
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_simulator.world import OCCUPIED, draw_map, read_world
+from robotont_simulator.world import read_world
 from robotont_testing.harness import Master, wait_for
 from robotont_testing.places import program
 
@@ -36,8 +35,6 @@ ROOT = Path(__file__).resolve().parents[2]
 
 GOAL_TIMEOUT = 180  # [s]
 NEAR = (0.2, 0.3)   # [m] between a wall and the robot's centre
-FIT = "rays that the map explains"
-RESOLUTION = 0.05   # [m] per pixel of the worlds' maps
 HALF_A_VIEW = 1.03 / 2  # [rad] of the camera to each side
 TRUTH_RATE = 50.0   # [Hz]
 
@@ -47,24 +44,15 @@ def clearance(place, world, radius):
     return min(box.distance(*place) for box in world.solids) - radius
 
 
-def random_goals(world, radius, count, seed):
-    """`count` poses (x, y, yaw) to which a robot of `radius` [m] can drive from the start.
-
-    Every third one is NEAR from a wall or box, in metres between the centre and its face; the others are farther.
-    """
-    image, origin = draw_map(world)
-    rooms, _ = ndimage.label(ndimage.distance_transform_edt(image[::-1] != OCCUPIED) * RESOLUTION >= radius)
+def random_goals(world, count, seed):
+    """`count` poses (x, y, yaw). Every third one is NEAR [m] from a wall or box, between its centre and the face."""
     draw, goals = random.Random(seed), []
-
-    def room(x, y):
-        return rooms[int((y - origin[1]) / RESOLUTION), int((x - origin[0]) / RESOLUTION)]
     corners = [(box.x, box.y) for box in world.solids]
     low, high = np.min(corners, axis=0), np.max(corners, axis=0)
     while len(goals) < count:
         x, y = (round(draw.uniform(low[axis], high[axis]), 2) for axis in (0, 1))
         distance = clearance((x, y), world, 0.0)
-        wanted = NEAR[0] <= distance <= NEAR[1] if len(goals) % 3 == 2 else distance > NEAR[1]
-        if wanted and room(x, y) == room(*world.start[:2]):
+        if NEAR[0] <= distance <= NEAR[1] if len(goals) % 3 == 2 else distance > NEAR[1]:
             goals.append((x, y, round(draw.uniform(-math.pi, math.pi), 2)))
     return goals
 
@@ -101,8 +89,7 @@ class Run(Simulated):
         super().__init__(master, "navigation.launch", f"robot:={robot}", f"world:={place}",
                          f"map:={ROOT}/config/maps/{world}.yaml", *arguments)
         self.commands, self.reports = [], []
-        rospy.Subscriber("cmd_vel", Twist, lambda message: self.commands.append(
-            [round(value, 4) for value in (message.linear.x, message.linear.y, message.angular.z)]))
+        rospy.Subscriber("cmd_vel", Twist, self.commands.append)
         rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics)
 
     def _on_diagnostics(self, message):
@@ -110,39 +97,29 @@ class Run(Simulated):
 
     def goto(self, x, y, yaw):
         """Run goto and wait for its end; the figures."""
+        for record in self.truth, self.commands, self.reports:
+            record.clear()
         wait_for(lambda: self.truth, "the simulator")
-        first, start = len(self.truth) - 1, time.monotonic()
-        first_command, first_report = len(self.commands), len(self.reports)
+        start = time.monotonic()
         result = subprocess.run(["timeout", str(GOAL_TIMEOUT), program("robotont_map_navigation", "goto"), str(x),
                                  str(y), str(yaw)], check=False, text=True, stdout=subprocess.PIPE,
                                 stderr=subprocess.STDOUT)
         duration = time.monotonic() - start
         wait_for(lambda: standing(self.truth[-1]), "the robot to stand")
-        truth = self.truth[first:]
-        end = pose(truth[-1])
-        places = [pose(message)[:2] for message in truth]
-        reports = self.reports[first_report:]
+        truth, end = tuple(self.truth), self.pose()
         return {
-            "goal": [x, y, yaw], "goal_to_wall_m": round(clearance((x, y), self.world, 0.0), 2),
-            "start_to_wall_m": round(clearance(places[0], self.world, 0.0), 2),
-            "status": result.returncode, "words": result.stdout.strip().splitlines()[-1],
+            "goal": [x, y, yaw], "status": result.returncode, "words": result.stdout.strip().splitlines()[-1],
             "seconds": round(duration, 1),
             "way": round(way(truth), 2),
             "error_m": round(math.dist(end[:2], (x, y)), 3),
             "error_rad": round(abs(math.remainder(end[2] - yaw, 2 * math.pi)), 3),
-            "clearance_m": round(min(clearance(place, self.world, self.radius) for place in places), 3),
+            "clearance_m": round(min(clearance(pose(message)[:2], self.world, self.radius) for message in truth), 3),
             "unseen_m": round(sum(speed(message) for message in truth if abs(math.atan2(
                 message.twist.twist.linear.y, message.twist.twist.linear.x)) > HALF_A_VIEW) / TRUTH_RATE, 2),
             "fastest_m_s": round(max(map(speed, truth)), 3),
-            "last_command": self.commands[-1] if len(self.commands) > first_command else None,
-            "alarms": sorted({report.message for report in reports if report.level}), "fit_percent": least_fit(reports),
+            "stopped": self.commands[-1:] == [Twist()],
+            "alarms": sorted({report.message for report in self.reports if report.level}),
         }
-
-
-def least_fit(reports):
-    """[%] of the scan's rays that the map explained, the least in DiagnosticStatus of navigation_monitor."""
-    shares = [pair.value.rstrip("%") for report in reports for pair in report.values if pair.key == FIT]
-    return min((int(share) for share in shares if share.isdigit()), default=None)
 
 
 def pose(message):
@@ -162,8 +139,7 @@ def way(truth):
 
 
 def standing(message):
-    twist = message.twist.twist
-    return max(abs(twist.linear.x), abs(twist.linear.y), abs(twist.angular.z)) < 5e-3
+    return max(speed(message), abs(message.twist.twist.angular.z)) < 5e-3
 
 
 def main():
@@ -178,10 +154,8 @@ def main():
     with Master() as master:
         run = Run(master, arguments, options.robot, options.world, options.start)
         figures = []
-        goals = options.goal or random_goals(run.world, run.radius + 0.05, options.random, options.seed)
+        goals = options.goal or random_goals(run.world, options.random, options.seed)
         for goal in goals or [[8.0, 8.0, 1.57]]:
-            run.commands.clear()
-            run.truth.clear()
             figures.append(run.goto(*goal))
             print(json.dumps(figures[-1]), file=sys.stderr, flush=True)
     print(json.dumps(figures))

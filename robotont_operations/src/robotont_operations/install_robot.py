@@ -54,7 +54,7 @@ def parse(arguments=None):
     """Options of the command line."""
     parser = ArgumentParser(
         prog="./robotont install-robot",
-        description="Install services that start Robotont at boot, without any network, under a user "
+        description="Install services that start Robotont at boot, under a user "
         "of their own; udev rules that name its boards /dev/robotont and /dev/robotont_SERIALNUMBER; black box.")
     parser.add_argument("--robot", default="", metavar="NAME or FOLDER",
                         help="of config/robots; default: the one that is installed, else thesis; an official board "

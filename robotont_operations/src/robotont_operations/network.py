@@ -178,7 +178,7 @@ def main():
     """Run the check; returns the exit status."""
     parser = argparse.ArgumentParser(
         prog="./robotont network", description="Check from this machine, robot or laptop, whether it and the ROS 1 "
-        "master hear each other: address, name, way back, clocks. Takes at most 5 s. Run it on both machines.",
+        "master hear each other: address, name, way back, clocks. Takes some seconds. Run it on both machines.",
         epilog="exit status: 0 no fault; 1 at least one")
     parser.parse_args()
     status = 0

@@ -69,10 +69,12 @@ class GivesWay:
         rospy.Subscriber("scan", LaserScan, self._on_scan, queue_size=5, tcp_nodelay=True)  # of several scanners
 
     def _on_scan(self, scan):
+        now = time.monotonic()
+        if now - self._command.came > IDLE:
+            return
         sensor = self._frames.look_up(self._frames.odometry, scan.header.frame_id, scan.header.stamp, TIMEOUT)
         robot = place_of(self._frames.look_up(self._frames.odometry, self._frames.base))
-        now = time.monotonic()
-        if not (sensor and robot) or now - self._command.came > IDLE:
+        if not (sensor and robot):
             return
         wished = self._command.message.linear
         way = robot[2] + math.atan2(wished.y, wished.x) if wished.x or wished.y else None

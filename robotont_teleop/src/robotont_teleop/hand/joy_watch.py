@@ -93,7 +93,7 @@ class JoyWatch:
 
     def _report(self):
         if self._heard is None or boot_time() - self._heard > SILENT:
-            return WARN, "no gamepad: plug one in; is this user in group input?", {}
+            return WARN, "no gamepad: plug one in; may this user read it?", {}
         if self._gone:
             return WARN, "the gamepad is still, or out of reach: move a stick", {}
         return OK, "a gamepad", {}

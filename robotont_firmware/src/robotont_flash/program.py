@@ -1,6 +1,6 @@
 """Put the firmware on a NUCLEO-L476RG: listen, show the wiring, ask, compile, identify, copy, reset, test itself.
 
-A Robotont as it was built needs no flashing, and must not get it: the driver supports its official firmware.
+A Robotont as it was built must not get it: the driver supports its official firmware, since March 2020.
 """
 
 import re

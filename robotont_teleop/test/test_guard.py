@@ -100,6 +100,7 @@ def test_a_sensor_sees_nothing_any_more_seven_of_its_own_periods_after_its_newes
     assert speed_of(guard, now=99.99 + lasts) == HAND
     assert guard.limit((0.8, 0.0, 0.4), 100.01 + lasts) == pytest.approx((0.3, 0.0, 0.15))
     assert guard.report(100.01 + lasts)[1].endswith("where no sensor sees: ahead, on the left, behind, on the right")
+    assert speed_of(show(make_guard(), scan_of(0.2), period=period), now=100.01 + lasts) == SLOW
 
 
 @pytest.mark.parametrize("period", [0.02, 0.1, 0.5, 1.5, 3.0])

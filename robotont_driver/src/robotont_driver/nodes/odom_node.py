@@ -149,7 +149,7 @@ class OdomNode:
                           "may be a period off"), values
         if recently:
             return WARN, clock.event + "; odometry, transforms and joint states go on with its new time", values
-        return OK, "by packet number and arrival" if self._odometry.period else "by arrival", values
+        return OK, "by the count of packets and arrival" if self._odometry.period else "by arrival", values
 
 
 class OdometryMessages:

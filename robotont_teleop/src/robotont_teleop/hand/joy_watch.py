@@ -19,8 +19,8 @@ from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 MOST_BUTTONS = 100
 MOST_WAITING = 100  # messages
 PARAMETERS = (
-    Parameter("longest_still", 1.5, "without a change of any stick or button while the dead-man button is held, after "
-              "which the robot stops: the pad may be out of reach", "s", minimum=0.3, maximum=5.0,
+    Parameter("longest_still", 1.5, "without a change of any stick or button, after which the robot stops: the pad "
+              "may be out of reach", "s", minimum=0.3, maximum=5.0,
               reason="for so long the robot drives on when the pad is gone"),
     Parameter("dead_man_button", 4, "as enable_button of teleop_twist_joy; 4: left shoulder", minimum=0,
               maximum=MOST_BUTTONS),

@@ -36,7 +36,8 @@ PARAMETERS = (
     Parameter("seed", 0, "of encoder offsets, spoilt bytes, errors of the gyro", minimum=0,
               maximum=999999999),
     Parameter("laser_frame", "laser", "frame of the scan"),
-    Parameter("scan_rate", 10.0, "scans per second, about; one a packet at most; 0 = off", "Hz", minimum=0.0, maximum=1000.0),
+    Parameter("scan_rate", 10.0, "scans per second, about; one a packet at most; 0 = off", "Hz", minimum=0.0,
+              maximum=1000.0),
     Parameter("scan_field_of_view", 1.03, "centred on forward; 6.2831853 for all around", "rad", minimum=0.1,
               maximum=6.2831854, reason="a whole turn"),
 )

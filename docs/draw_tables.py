@@ -32,7 +32,7 @@ HEAD = """<!-- Written by docs/draw_tables.py: `./robotont docs`. -->
 # Reference: nodes, parameters, launch files, systems
 
 A namespace is put before the names of topics. Most nodes publish on `/diagnostics`, too. Beside a parameter stands its
-default, behind the meaning what is allowed.
+default, behind the meaning a number's bounds.
 
 A node reads its parameters as it starts. After `rosparam set`, end it by `rosnode kill NODE`: most launch files start
 their nodes again. With web_teleop_node or simulator_node the whole launch ends, and sets its own again: change its

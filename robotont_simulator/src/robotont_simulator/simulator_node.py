@@ -30,7 +30,7 @@ IMU_BURST = 500  # readings that may wait: more than a stall makes up for
 IMU_RATE = 250.0    # [Hz] readings of gyro and accelerometer
 PARAMETERS = (
     Parameter("port", "/tmp/robotont", "name under which the board's serial port appears"),
-    Parameter("world", "", "file of walls and boxes; empty: nothing but a floor"),
+    Parameter("world", "", "file of the world; empty: nothing but a floor"),
     ROBOTS,
     Parameter("odom_frame", "", "frame whose start on the map is published, with the world's own map; empty: neither"),
     Parameter("seed", 0, "of encoder offsets, spoilt bytes, errors of the gyro", minimum=0,

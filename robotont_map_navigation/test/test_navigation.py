@@ -5,6 +5,8 @@ from functools import partial
 import pytest
 from navigation_tools import NAVIGATION_PACKAGES, ROOT, figures_of, needs
 
+from robotont_map_navigation.goal import Status
+
 pytestmark = needs(*NAVIGATION_PACKAGES)
 
 IN_THE_ROOM, NEARBY = ["--goal", "8", "8", "1.57"], ["--goal", "3", "3", "-3.0"]

@@ -25,7 +25,7 @@ from dual_tools import Config, WildBoard, checked
 BOUND = 1 << 30
 LINES = [checked(units) for units in (
     "0:0:0", "999.999:-999.999:999.999", "-999.999:999.999:0.004", "3:-3:0.003907")]
-MODULES = ("protocol", "receiver", "setpoints", "fault_watch", "status", "wheel_speed", "main_loop")
+MODULES = ("protocol", "setpoints", "fault_watch", "status", "wheel_speed", "main_loop")
 
 
 class Watch:
@@ -91,8 +91,8 @@ def test_packets_stay_in_bounds(watched):
     lines += golden["bad_commands"]
     lines += ["999.999999999:-999.9999999999:%s;\n" % ("9" * 100), "0.999999:-0.999999:999.999999;\n"]
     for line, wheels in itertools.product(lines, (3, 4, 5)):
-        modules.receiver.Receiver(wheels).feed(line.encode(), len(line))
-    receiver = modules.receiver.Receiver(3)
+        modules.protocol.Receiver(wheels).feed(line.encode(), len(line))
+    receiver = modules.protocol.Receiver(3)
     receiver.dropped = 254  # just before it starts again from 0
     for _ in range(3):
         receiver.feed(b"?\n", 2)

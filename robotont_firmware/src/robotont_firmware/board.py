@@ -145,7 +145,6 @@ class Board:
         self._longest = 0
         return longest
 
-    @micropython.native
     def drive(self, wheel, effort):
         """Set direction and pulse width; 0 leaves both direction pins low."""
         forward, backward, pwm = self._outputs[wheel]
@@ -153,7 +152,6 @@ class Board:
         backward(effort < 0)
         pwm((effort if effort > 0 else -effort) * self._width // FULL_EFFORT)
 
-    @micropython.native
     def fault(self, wheel):
         """Return True while the motor driver pulls its fault line low; False where none is connected."""
         faults = self._faults
@@ -163,7 +161,6 @@ class Board:
         """Return the battery's voltage [mV]."""
         return self._adc.read() * self._config.BATTERY_DIVIDER // check_pin_profile.FULL_SCALE
 
-    @micropython.native
     def read(self, buffer):
         """Read what waits, at most len(buffer) bytes; return how many."""
         uart = self._uart

@@ -22,8 +22,7 @@ from array import array
 from robotont_firmware import __version__, robot_numbers
 from robotont_firmware.compat import micropython
 from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD, TOO_MANY
-from robotont_firmware.protocol import Sender, line_of
-from robotont_firmware.receiver import ASK, LEAVE, TEST, Receiver
+from robotont_firmware.protocol import ASK, LEAVE, TEST, Receiver, Sender, line_of
 from robotont_firmware.setpoints import Setpoints, clear, measure
 from robotont_firmware.status import BEAT, TIMED_OUT, WAITS_FOR_ZERO, WHEELS, Status
 from robotont_firmware.wheel_speed import HEAT, Pid
@@ -119,7 +118,6 @@ class Controller:
             receiver.order = 0
             board.write(self._identity, len(self._identity))
 
-    @micropython.native
     def _receive(self, periods):
         """Take the newest valid command, or stop when none came for TIMEOUT."""
         receiver = self._receiver
@@ -159,7 +157,6 @@ class Controller:
             if commanded and pid.fault != NO_FAULT:
                 self._latch(wheel, pid.fault)
 
-    @micropython.native
     def _softer(self, periods):
         """Return the gain with which the fastest wheel gets MAX_TORQUE, or less: braked alike, they stop straight."""
         numbers, fastest = self._numbers, 0
@@ -171,7 +168,6 @@ class Controller:
         speed = max(1, (fastest << numbers.shift) // periods)
         return max(0, min(self._brake, (numbers.max_torque << 16) // speed - numbers.gain))
 
-    @micropython.native
     def _rest(self, periods):
         """Let all wheels roll."""
         clear(self._setpoints.now, self._wheels)
@@ -192,7 +188,6 @@ class Controller:
             self._board.drive(wheel, effort if wheel == tested else 0)
         self._test_left -= periods
 
-    @micropython.native
     def _has_fault(self, periods):
         """Return True from a fault until FAULT_HOLD is over, all pins quiet for it, and the command all zeros.
 
@@ -211,7 +206,6 @@ class Controller:
                 self._latch(wheel, DRIVER_FAULT)
         return self._fault_hold > 0
 
-    @micropython.native
     def _latch(self, wheel, fault):
         """Note a wheel's fault: the others brake, and the motors stay off until a command of all zeros."""
         self._test_left = 0

@@ -2,7 +2,7 @@
 
 from array import array
 
-from robotont_firmware.compat import const, micropython
+from robotont_firmware.compat import const
 
 TIMED_OUT = const(1)  # flags: no valid command for TIMEOUT: the wheels brake, then roll
 WAITS_FOR_ZERO = const(2)  # after a fault, or a start that was not requested: a command of all zeros is needed
@@ -27,7 +27,6 @@ class Status:
         self._mean = 0  # [mV] of the battery, over some 16 periods
         self._until = 0  # [periods] until voltage and load are taken anew
 
-    @micropython.native
     def update(self, flags, periods, refused):
         """Bring all but the faults up to date, `periods` ticks after the last time."""
         fields = self.fields

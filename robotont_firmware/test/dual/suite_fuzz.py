@@ -5,7 +5,7 @@ The same bytes on every interpreter, the emulated board's 31-bit integers includ
 
 from dual_tools import Locked, checked
 
-from robotont_firmware.receiver import Receiver
+from robotont_firmware.protocol import Receiver
 
 BYTES = 100000
 ALPHABET = b"0123456789.-:;\nABCDEF!"

@@ -4,8 +4,7 @@ from array import array
 
 from dual_tools import Locked, checked, crc_slow, golden
 
-from robotont_firmware.protocol import Sender, crc16, line_of
-from robotont_firmware.receiver import ASK, LEAVE, LINE_SIZE, TEST, Receiver
+from robotont_firmware.protocol import ASK, LEAVE, LINE_SIZE, TEST, Receiver, Sender, crc16, line_of
 
 
 def feed(receiver, data):

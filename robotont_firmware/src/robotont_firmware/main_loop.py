@@ -23,7 +23,7 @@ from robotont_firmware import __version__, robot_numbers
 from robotont_firmware.compat import micropython
 from robotont_firmware.fault_watch import DRIVER_FAULT, NO_FAULT, OVERLOAD, TOO_MANY
 from robotont_firmware.protocol import ASK, LEAVE, TEST, Receiver, Sender, line_of
-from robotont_firmware.setpoints import Setpoints, clear, measure
+from robotont_firmware.setpoints import Setpoints, measure
 from robotont_firmware.status import BEAT, TIMED_OUT, WAITS_FOR_ZERO, WHEELS, Status
 from robotont_firmware.wheel_speed import HEAT, Pid
 
@@ -134,25 +134,24 @@ class Controller:
     def _drive(self, periods, commanded):
         """Bring the set-points nearer to the targets and let each controller act; by some faults a wheel is shorted."""
         setpoints, wheels = self._setpoints, self._wheels
-        if not commanded:
-            clear(setpoints.now, wheels)
         stands = not commanded or setpoints.advance() == 0
         pids = self._pids
         counts = self._counts
         brake = self._brake if commanded else self._softer(periods)
         setpoints.accelerate(pids)
         board, broken, faults = self._board, self._fault_hold > 0, self._status.fields
-        now, straight = setpoints.now, setpoints.straight
-        turning = setpoints.turning
+        now, bends = setpoints.now, setpoints.bends
         for wheel in range(wheels):
             pid = pids[wheel]
+            if stands:
+                now[wheel] = 0
             if broken and (NO_FAULT < faults[WHEELS + wheel] < OVERLOAD or faults[WHEELS + wheel] > TOO_MANY):
                 effort = int(faults[WHEELS + wheel] != DRIVER_FAULT)  # its counts tell nothing, but a short brakes it
                 pid.reset(periods)
             elif stands:
                 effort = pid.stop(counts[wheel], periods, commanded, brake)
             else:
-                effort = pid.step(now[wheel], counts[wheel], periods, straight[wheel], turning)
+                effort = pid.step(now[wheel], counts[wheel], periods, bends[wheel])
             board.drive(wheel, effort)
             if commanded and pid.fault != NO_FAULT:
                 self._latch(wheel, pid.fault)
@@ -170,8 +169,8 @@ class Controller:
 
     def _rest(self, periods):
         """Let all wheels roll."""
-        clear(self._setpoints.now, self._wheels)
         for wheel in range(self._wheels):
+            self._setpoints.now[wheel] = 0
             self._pids[wheel].reset(periods)
             self._board.drive(wheel, 0)
 

@@ -11,7 +11,7 @@ _REFERENCE = const(14)  # of wheel_speed
 
 
 class Setpoints:
-    """`now`: a speed for each wheel [fine units], on its way to `targets`. `straight`, `turning`: see `accelerate`."""
+    """`now`: a speed for each wheel [fine units], on its way to `targets`. `bends`: see `accelerate`."""
 
     def __init__(self, wheels, numbers):
         self.targets = array("i", [0] * wheels)
@@ -21,9 +21,8 @@ class Setpoints:
         self._up = numbers.shift  # what makes fine units of 1/256 edge per period
         self._max_change, self._max_braking = numbers.change, numbers.braking
         self._change = self._max_change  # one of both, by the newest command
-        self.straight = array("i", [0] * wheels)
-        self.turning = 0
-        self._references = array("i", [0] * wheels)
+        self.bends = array("i", [0] * wheels)
+        self._lead, self._turn_lead = numbers.lead, numbers.turn_lead
         self._follow, self._arc, self._drag, self._turns = numbers.follow, numbers.arc, numbers.drag, numbers.turns
 
     @micropython.viper
@@ -81,41 +80,31 @@ class Setpoints:
 
     @micropython.viper
     def accelerate(self, pids):
-        """Note by what share the robot turns faster, and by what else each wheel accelerates: an arc bends the way.
+        """Fill `bends`: how much faster each wheel is to be fed for what the robot accelerates beyond its reference.
 
-        All in fine units per period, in the direction of each wheel, for wheels at even angles: what they turn alike
-        is the robot's turn, and the bend is across the motion, in which the neighbours of a wheel differ. What rubs
-        while it turns is told as the acceleration that takes as much.
+        In 1/16 fine unit, in the direction of each wheel, for wheels at even angles: what they turn alike is the
+        robot's turn, and an arc bends the way, across the motion, in which the neighbours of a wheel differ. What
+        rubs while it turns is told as the acceleration that takes as much.
         """
         sign = int(SIGN)
         wheels = int(self._wheels)
         now = ptr32(self.now)
-        references = ptr32(self._references)
-        straight = ptr32(self.straight)
+        bends = ptr32(self.bends)
         wished = turn = 0
         for wheel in range(wheels):
-            reference = ptr32(pids[wheel].n)[_REFERENCE] << sign >> sign
-            references[wheel] = reference
-            turn += reference
+            turn += ptr32(pids[wheel].n)[_REFERENCE] << sign >> sign
             wished += now[wheel] << sign >> sign
         turning = (wished - turn) // wheels * int(self._follow) >> 8
         drag = int(self._drag)
-        self.turning = turning + (drag if turn > int(self._turns) else 0 - drag if turn < 0 - int(self._turns) else 0)
+        drag = drag if turn > int(self._turns) else 0 - drag if turn < 0 - int(self._turns) else 0
+        lead, fed = int(self._lead), (turning + drag) * int(self._turn_lead)
         turn = turn // wheels >> 4
         arc, most = int(self._arc), int(self._max_change) * 2
         for wheel in range(wheels):
-            before = references[wheel - 1 if wheel > 0 else wheels - 1] << sign >> sign
-            across = before - (references[wheel + 1 if wheel < wheels - 1 else 0] << sign >> sign)
-            bend = (across >> 4) * turn // arc
-            straight[wheel] = (most if bend > most else 0 - most if bend < 0 - most else bend) - turning
-
-
-@micropython.viper
-def clear(numbers, amount: int):
-    """Make numbers[0:amount] (32 bits each) zero."""
-    there = ptr32(numbers)
-    for index in range(amount):
-        there[index] = 0
+            before = ptr32(pids[wheel - 1].n)[_REFERENCE] << sign >> sign  # of its neighbours: -1 is the last
+            behind = ptr32(pids[wheel + 1 - wheels].n)[_REFERENCE] << sign >> sign
+            bend = (before - behind >> 4) * turn // arc
+            bends[wheel] = ((most if bend > most else 0 - most if bend < 0 - most else bend) - turning) * lead + fed
 
 
 @micropython.viper

@@ -37,18 +37,15 @@ _P = const(31)
 _I = const(32)
 _FOLLOW = const(33)
 _LEAD = const(34)
-_TURN_LEAD = const(35)
-_MAX_EFFORT = const(36)
-_MAX_TORQUE = const(37)
-_CONTINUOUS = const(38)
-_MAX_HEAT = const(39)
-_MAX_INTEGRAL = const(40)
-_STIFFNESS = const(41)
-_MOST_AWAY = const(42)
-_SHIFT = const(43)
-_FREE = const(44)
-_CREEPS = const(45)
-_SECOND = const(46)
+_MAX_EFFORT = const(35)
+_MAX_TORQUE = const(36)
+_CONTINUOUS = const(37)
+_MAX_HEAT = const(38)
+_STIFFNESS = const(39)
+_SHIFT = const(40)
+_FREE = const(41)
+_CREEPS = const(42)
+_SECOND = const(43)
 
 
 @micropython.viper
@@ -97,7 +94,7 @@ def against(numbers, speed: int, ahead: int, periods: int, brake: int) -> int:
     if (ahead <= 0 and not held) or (held and not slow and n[_PROVED] == 0):
         n[_AWAY] = 0
         return short
-    away, most = n[_AWAY] << sign >> sign, n[_MOST_AWAY]
+    away, most = n[_AWAY] << sign >> sign, (n[_MAX_TORQUE] << 16) // n[_STIFFNESS]
     away = away + speed * periods if held else 0
     away = most if away > most else 0 - most if away < 0 - most else away
     edge = 1 << n[_SHIFT]
@@ -150,7 +147,7 @@ def follow_up(numbers, setpoint: int, speed: int, error: int, bend: int, periods
     cut, most = fed + wanted - effort, load - (load >> 3)
     n[_EXCESS] = cut if cut != 0 else wanted - most if wanted > most else wanted + most if wanted < 0 - most else 0
     if not ((summed > 0 and cut > 0) or (summed < 0 and cut < 0)):
-        most = n[_MAX_INTEGRAL]
+        most = (load << 16) // n[_I]
         integral += (summed >> soft) * periods
         n[INTEGRAL] = most if integral > most else 0 - most if integral < 0 - most else integral
     return effort
@@ -208,9 +205,8 @@ class Pid:
         n = numbers
         blind, wrong, forget, second = in_periods(config, *TIMES, 1000)
         self.n = array("i", [n.follows, blind, wrong, n.reach, 1 << n.shift, forget] + [0] * (_STATIC - STILL) + [
-            n.static, n.load, n.gain, 0 if n.coasts else n.gain, n.p, n.i, n.follow, n.lead, n.turn_lead,
-            config.MAX_EFFORT, n.max_torque, n.continuous, n.max_heat, (n.load << 16) // n.i, n.stiffness,
-            (n.max_torque << 16) // n.stiffness, n.shift, n.free, n.creeps, second])  # fmt: skip
+            n.static, n.load, n.gain, 0 if n.coasts else n.gain, n.p, n.i, n.follow, n.lead,
+            config.MAX_EFFORT, n.max_torque, n.continuous, n.max_heat, n.stiffness, n.shift, n.free, n.creeps, second])
         self.reset(0)
 
     @micropython.viper
@@ -248,19 +244,19 @@ class Pid:
         return effort
 
     @micropython.viper
-    def step(self, setpoint: int, counts: int, periods: int, straight: int, turning: int) -> int:
+    def step(self, setpoint: int, counts: int, periods: int, bend: int) -> int:
         """Return the effort for the coming period, within +-MAX_EFFORT.
 
         setpoint: wanted speed, within the largest. counts: edges since the last call. periods: how many those
-        took; more than one when the board missed ticks. straight, turning: the acceleration of the robot
-        in this period, in the wheel's direction, apart from the change of its own reference.
+        took; more than one when the board missed ticks. bend: how much faster it is fed for what the robot
+        accelerates beyond the reference [1/16 fine unit].
         """
         numbers = self.n
         n, sign = ptr32(numbers), int(SIGN)
         speed = int(measure(numbers, counts, periods))
         before, away, edge = n[_EFFORT] << sign >> sign, n[_AWAY] << sign >> sign, 1 << n[_SHIFT]
         if n[_HELD]:  # what held it on a slope goes on, also where it was just shorted
-            integral, most = 0 - n[_STIFFNESS] * int(far_away(away, edge)) // n[_I], n[_MAX_INTEGRAL]
+            integral, most = 0 - n[_STIFFNESS] * int(far_away(away, edge)) // n[_I], (n[_LOAD] << 16) // n[_I]
             n[INTEGRAL] = most if integral > most else 0 - most if integral < 0 - most else integral
         mean = n[MEAN] << sign >> sign
         fault = int(speed_fault(numbers, speed, periods))
@@ -269,7 +265,7 @@ class Pid:
         self.fault = fault
         error, most = mean - speed, n[_FREE] >> 1
         error = most if error > most else 0 - most if error < 0 - most else error
-        effort = int(follow_up(numbers, setpoint, speed, error, straight * n[_LEAD] + turning * n[_TURN_LEAD], periods))
+        effort = int(follow_up(numbers, setpoint, speed, error, bend, periods))
         half, follows = (n[MEAN] << sign >> sign) >> 1, n[_FOLLOWS]
         if (half > 0 and speed < half - edge and effort < 0) or (half < 0 and speed > half + edge and effort > 0):
             effort = 0  # no braking turns it round

@@ -176,7 +176,7 @@ class Jammed:
         torques = []
         for _ in range(periods):
             with Locked():
-                effort = self.pid.step(units * 256, edges, 1, 0, 0)
+                effort = self.pid.step(units * 256, edges, 1, 0)
             torques.append(effort * self.battery // 12000 - 4915 * edges // 256)
         return torques
 
@@ -254,7 +254,7 @@ def test_missed_ticks_prolong_no_time():
     assert robot.newest()[3] == [NO_COUNTS, 0, 0]
     pid = Pid(config, Numbers(config))
     for _ in range(0, config.OVERLOAD_TIME + 9, 3):
-        pid.step(100 * 256, 12, 3, 0, 0)
+        pid.step(100 * 256, 12, 3, 0)
     assert pid.n[HEAT] == Numbers(config).max_heat
 
 
@@ -262,7 +262,7 @@ def test_missed_ticks_change_nothing_in_the_brake():
     efforts = []
     for periods in (1, 2, 3):
         pid = Pid(config, Numbers(config))
-        pid.step(60 * 256, 60, 1, 0, 0)
+        pid.step(60 * 256, 60, 1, 0)
         with Locked():
             effort = pid.stop(60 * periods, periods, False, 19660)
         efforts.append(effort)

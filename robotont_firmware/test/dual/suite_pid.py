@@ -42,7 +42,7 @@ class Bench:
                 if self.setpoint == 0:
                     self.effort = self.pid.stop(counts, 1, True, self.brake)
                 else:
-                    self.effort = self.pid.step(self.setpoint, counts, 1, 0, 0)
+                    self.effort = self.pid.step(self.setpoint, counts, 1, 0)
             self.speeds.append(self.motor.speed / 1000000)
             self.counts.append(counts)
         return self
@@ -128,7 +128,7 @@ def test_no_effort_of_a_stop_points_along_the_motion():
             for size in (1, 2, 5, 11, 30, 60, 104, 105, 200, 313, 400, 3000, 32767):
                 pid = Pid(config, Numbers(config))
                 for _ in range(6):
-                    pid.step(setpoint * 256, before, 1, 0, 0)
+                    pid.step(setpoint * 256, before, 1, 0)
                 for counts in (size, size, size // 2, -size, size, -size // 3, -size):
                     with Locked():
                         effort = pid.stop(counts, periods, holds, 19660)
@@ -153,7 +153,7 @@ def test_who_was_never_seen_to_follow_its_effort_is_only_shorted_against_a_push(
     for counts in (30, -60):
         fresh, driven = Pid(config, Numbers(config)), Pid(config, Numbers(config))
         for speed in (40, 40, 40, 40):
-            driven.step(40 * 256, speed, 1, 0, 0)
+            driven.step(40 * 256, speed, 1, 0)
         driven.stop(0, 1, True, 19660)
         assert abs(fresh.stop(counts, 1, True, 19660)) == 1
         assert abs(driven.stop(counts, 1, True, 19660)) > 100
@@ -173,7 +173,7 @@ def test_the_reference_lags_forward_and_backward_alike():
     pid, owed, way = Pid(config, Numbers(config)), 0, 0
     for period in range(4000):
         setpoint = abs(period % 400 - 200) * 13 - 1300  # up and down, 5 units at most
-        pid.step(setpoint, pid.n[REFERENCE] >> 8, 1, 0, 0)
+        pid.step(setpoint, pid.n[REFERENCE] >> 8, 1, 0)
         owed += setpoint - pid.n[REFERENCE] if period >= 400 else 0
         way += pid.n[REFERENCE] - pid.n[MEAN]
     assert abs(owed) < 3600 // 2, owed  # half of the least that a set-point has, per period
@@ -186,6 +186,6 @@ def test_a_wheel_that_makes_its_way_owes_nothing():
         pid, way = Pid(config, Numbers(config)), 0
         for _ in range(60):
             before = pid.n[REFERENCE]
-            pid.step(units * 256, way >> 9, 1, 0, 0)
+            pid.step(units * 256, way >> 9, 1, 0)
             way = (way & 511) + before + pid.n[REFERENCE]
         assert abs(pid.n[INTEGRAL]) <= 256, pid.n[INTEGRAL]

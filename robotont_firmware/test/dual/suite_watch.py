@@ -69,7 +69,7 @@ def test_gravity_holds_a_wheel_for_ever_while_less_than_max_load_is_asked_for():
     for units in (1, 5, 20):
         pid, found, periods = Pid(config, NUMBERS), NO_FAULT, 0
         while found == NO_FAULT:
-            effort = pid.step(units * EDGE, 0, 1, 0, 0)
+            effort = pid.step(units * EDGE, 0, 1, 0)
             found, periods = pid.fault, periods + (effort - NUMBERS.static - (NUMBERS.gain * units * EDGE >> 16) > load)
         assert found == NO_COUNTS
         assert TIME <= periods <= TIME + 2, (units, periods)

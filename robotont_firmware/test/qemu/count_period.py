@@ -114,7 +114,7 @@ bare = Controller(Bare(), config, reset_cause="test")
 bare.start()
 print("whole period without board.py", instructions(bare.step))
 print("read one command", instructions(lambda _: bare._receiver.feed(LINE, len(LINE))))
-print("one wheel's controller", instructions(lambda _: bare._pids[0].step(-30720, -119, 1, True, 30720)))
+print("one wheel's controller", instructions(lambda _: bare._pids[0].step(-30720, -119, 1, 30720)))
 fields = bare._status.fields
 print("write one packet", instructions(lambda _: bare._sender.pack(77, bare._counts, bare._totals, fields)))
 hardware = board.Board(config)

@@ -30,7 +30,7 @@ class Board:
         self.profile, self.version = "", "2.0.0"
         self.new_profile, self.new_version = "ours", VERSION
         self.load, self.missed, self.totals = 49, False, ":0000:0000:0000"
-        self.ticks = self.spoilt = 0
+        self.spoilt = 0
         self.machine = "NUCLEO-L476RG with STM32L476RG with MicroPython 1.24.1 for files 7942\n"
         self.banner = "robotont_firmware {} wheels 3 rate 50 units edges/period profile {} reset button"
         self.waiting = self.received = b""
@@ -64,7 +64,7 @@ class Board:
         return ""
 
     def packets(self):
-        lines = [f"0:0:0;{number + (self.missed and number > 9):02X}{self.totals}:00{number * self.ticks:02X}00000000"
+        lines = [f"0:0:0;{number + (self.missed and number > 9):02X}{self.totals}:000000000000"
                  f"{self.load:02X}:".encode() for number in range(60)]  # fmt: skip
         return b"".join(line + b"%04X\n" % (crc16(line) ^ self.spoilt) for line in lines)
 

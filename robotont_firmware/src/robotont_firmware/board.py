@@ -19,9 +19,7 @@ TIMER_CLOCK = 80000000  # [Hz]
 NOTE = 0x400028CC
 REPL_WISHED, CRASHED = 0x524F4231, 0x524F4232
 
-# Counter timers, for the filter registers that pyb does not reach; TIMx_CCMR1 is at 0x18 of each.
-_TIMERS = {1: 0x40012C00, 2: 0x40000000, 3: 0x40000400, 4: 0x40000800, 5: 0x40000C00, 8: 0x40013400}
-_CCMR1 = 0x18
+_CCMR1 = 0x18  # of a timer's registers, its inputs' filter: pyb does not reach it
 _FILTER = 0xF0F0  # both inputs: 8 samples at 1/32 of the clock, 3.2 us; a state lasts 100 us at 500 rpm
 
 
@@ -154,8 +152,7 @@ class Board:
 
     def fault(self, wheel):
         """Return True while the motor driver pulls its fault line low; False where none is connected."""
-        faults = self._faults
-        return faults and faults[wheel]() == 0
+        return self._faults and self._faults[wheel]() == 0
 
     def _battery(self):
         """Return the battery's voltage [mV]."""
@@ -181,5 +178,5 @@ def _encoder(pull, pin_a, pin_b, timer, function):
         pyb.Pin(pin, pyb.Pin.AF_PP, pull=pull, alt=function)
     counter = pyb.Timer(timer, prescaler=0, period=0xFFFF)
     counter.channel(1, pyb.Timer.ENC_AB)
-    machine.mem16[_TIMERS[timer] + _CCMR1] |= _FILTER
+    machine.mem16[check_pin_profile.COUNTERS[timer] + _CCMR1] |= _FILTER
     return counter

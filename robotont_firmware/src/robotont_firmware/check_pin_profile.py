@@ -10,7 +10,8 @@ DRIVERS = {  # kind: (least, most) [Hz] of the PWM
     "coast": (50, 200),  # all switches open: pulses shorter than the current's rise give no torque
 }
 _REPL_RING = 259  # [bytes] that fit into that of the REPL's own UART, which nothing enlarges
-_COUNTERS = (1, 2, 3, 4, 5, 8)  # timers with an encoder mode
+COUNTERS = {  # timers with an encoder mode: their registers
+    1: 0x40012C00, 2: 0x40000000, 3: 0x40000400, 4: 0x40000800, 5: 0x40000C00, 8: 0x40013400}
 _TIMERS = (1, 2, 3, 4, 5, 6, 7, 8, 15, 16, 17)
 FULL_SCALE = 4095  # of the analogue input, 3.3 V
 _LOAD = 80  # [%] of a period that reading, calculating and sending may take
@@ -28,12 +29,10 @@ def check(config):
 
     encoders = [wiring[2] for wiring in config.ENCODERS]
     pulses = [(wiring[1], wiring[2]) for wiring in config.PWM]
-    for timer in encoders:
-        require("ENCODERS", encoders, timer in _COUNTERS and encoders.count(timer) == 1,
-                 f"a timer of {_COUNTERS} each")  # fmt: skip
-    for timer, channel in pulses:
-        free = timer in _TIMERS and timer not in encoders and pulses.count((timer, channel)) == 1
-        require("PWM", pulses, free and 1 <= channel <= 4, "a channel (1 to 4) of a timer without encoder each")
+    require("ENCODERS", encoders, len(set(encoders) & set(COUNTERS)) == wheels, f"a timer of {sorted(COUNTERS)} each")
+    fit = {(timer, channel) for timer, channel in pulses
+           if timer in _TIMERS and timer not in encoders and 1 <= channel <= 4}
+    require("PWM", pulses, len(fit) == wheels, "a channel (1 to 4) of a timer without encoder each")
     tick, taken = config.TICK_TIMER, encoders + [timer for timer, _ in pulses]
     require("TICK_TIMER", tick, type(tick) is int and tick in _TIMERS and tick not in taken, "a timer of its own")
 

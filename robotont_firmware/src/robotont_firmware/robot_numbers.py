@@ -108,7 +108,6 @@ class Numbers:
         gain = ((full - config.STATIC) << 16) // free
         self.static, self.gain, self.load, most, continuous = (value * MOTOR_VOLTAGE // battery for value in (
             config.STATIC, gain, config.MAX_LOAD, config.MAX_TORQUE, config.CONTINUOUS_TORQUE))  # more volts, less duty
-        self.coasts = config.DRIVER == "coast"
         self.p = self.gain * min(1667, 740000 * config.TIME_CONSTANT // period) // 1000
         self.i = max(1, self.p * period // max(122000, period * 61 // 10))
         self.follow = 256 * period // (period + 20000)
@@ -133,7 +132,6 @@ class Numbers:
         force = wheels * config.GEAR * config.STALL_TORQUE  # of all motors, over radius
         rubs = config.RUBBING * config.MASS * 981 * config.RADIUS * full // (force * 10000000)
         self.drag = min(rubs * (16 << 16) // (self.turn_lead * gain), self.change)
-        self.turns = free // 256
         self.arc = NO_ARC
         if config.EVEN:
             edges = 2 * _SINES[wheels - 3] * config.DISTANCE * config.GEAR * config.EDGES << self.shift

@@ -23,7 +23,7 @@ class Setpoints:
         self._change = self._max_change  # one of both, by the newest command
         self.bends = array("i", [0] * wheels)
         self._lead, self._turn_lead = numbers.lead, numbers.turn_lead
-        self._follow, self._arc, self._drag, self._turns = numbers.follow, numbers.arc, numbers.drag, numbers.turns
+        self._follow, self._arc, self._drag, self._turns = numbers.follow, numbers.arc, numbers.drag, numbers.free >> 8
 
     @micropython.viper
     def take(self, wished) -> int:

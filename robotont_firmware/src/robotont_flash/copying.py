@@ -12,7 +12,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from robotont_firmware.check_pin_profile import motor_pins
-from robotont_flash.board_check import FlashError
+from robotont_flash.board_check import SAFE_MODE, FlashError
 
 MACHINE = "NUCLEO-L476RG"
 ARCHITECTURE = "armv7emsp"  # of its processor
@@ -21,10 +21,6 @@ STEP_TIME = 60  # [s] of one program; all files take mpremote about 10 s
 OTHER_BOARD = """\
 {port} is "{found}"; this firmware is for a {machine} with MicroPython 1.24 or newer (for files {made}; ./robotont
 flash brings their compiler). The program that may have run on it starts again now."""
-NO_MICROPYTHON = """\
-No MicroPython answers on {port}. A board that was never flashed: see docs/firmware.md, "Flash it".
-A program that does not answer: hold USER, press and release RESET, let USER go when the green LED has blinked
-twice (safe mode; three blinks would erase the files), and run this again."""
 WHO = """
 import os, sys
 mpy = getattr(sys.implementation, "_mpy", 0) & 0xFFFF
@@ -97,7 +93,8 @@ def mpremote(port, *arguments):
         raise FlashError(f"mpremote {arguments[0]} on {port} did not end within {STEP_TIME} s.") from None
     if ended.returncode != 0:
         if "could not enter raw repl" in ended.stdout:
-            raise FlashError(NO_MICROPYTHON.format(port=port))
+            raise FlashError(f"No MicroPython answers on {port}. A board that was never flashed: see docs/firmware.md, "
+                             f'"Flash it".\nA program that does not answer: {SAFE_MODE}')  # fmt: skip
         last = ended.stdout.strip().rpartition("\n")[2] or "no reason given"
         raise FlashError(f"mpremote {arguments[0]} on {port} failed: {last}")
     return ended.stdout

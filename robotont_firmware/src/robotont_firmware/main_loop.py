@@ -39,7 +39,7 @@ class Controller:
 
     def __init__(self, board, config, reset_cause="unknown"):
         wheels, numbers = config.WHEELS, robot_numbers.Numbers(config)
-        self._board, self._fault = board, board.fault
+        self._board = board
         self._test_effort = config.TEST_EFFORT
         self._numbers, self._brake, self._max_heat = numbers, numbers.brake, numbers.max_heat
         self._timeout, self._brake_time, self._hold_time, self._test_time = robot_numbers.in_periods(
@@ -93,13 +93,9 @@ class Controller:
             self._drive(periods, commanded)
         else:
             self._rest(periods)
-        if commanded:
-            self._undriven = 0
-        elif self._undriven < self._brake_time:
-            self._undriven += periods
+        self._undriven = 0 if commanded else min(self._undriven + periods, self._brake_time)
         # A tick that was missed shows as a gap in the counter; the totals give the PC the missing counts.
-        counter = (self._counter + periods) & 0xFF
-        self._counter = counter
+        self._counter = counter = (self._counter + periods) & 0xFF
         flags = TIMED_OUT if self._silence >= self._timeout and self._test_left <= 0 else 0
         if self._waits_for_zero:
             flags |= WAITS_FOR_ZERO
@@ -125,9 +121,9 @@ class Controller:
             self._silence = self._test_left = 0
             if self._setpoints.take(receiver.setpoints) == 0:
                 self._waits_for_zero = False
-        elif self._silence < self._timeout:
-            self._silence += periods
-            if self._silence >= self._timeout:
+        else:
+            self._silence = min(self._silence + periods, self._timeout)
+            if self._silence == self._timeout:
                 receiver.checked = False  # another, plain PC may take over
 
     @micropython.native
@@ -199,9 +195,8 @@ class Controller:
             self._fault_hold = 0
             for wheel in range(self._wheels):
                 self._status.fields[WHEELS + wheel] = NO_FAULT
-        fault = self._fault
         for wheel in range(self._wheels):
-            if fault(wheel):
+            if self._board.fault(wheel):
                 self._latch(wheel, DRIVER_FAULT)
         return self._fault_hold > 0
 

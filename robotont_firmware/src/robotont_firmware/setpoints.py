@@ -32,7 +32,6 @@ class Setpoints:
         wheels = int(self._wheels)
         most = int(self._max_speed)
         up = int(self._up)
-        limit = most << 8 >> up
         command = ptr32(wished)
         targets = ptr32(self.targets)
         fastest = 0
@@ -42,7 +41,7 @@ class Setpoints:
             fastest = target if target > fastest else fastest
         for wheel in range(wheels):
             target = command[wheel] << sign >> sign
-            if fastest > limit:
+            if fastest > most << 8 >> up:
                 # The factors lose bits, so that the product stays below 2^30.
                 less = 0
                 while fastest >> less > 32767:

@@ -35,11 +35,8 @@ class Status:
         if self._battery is not None:
             voltage = self._battery()
             self._mean = voltage if self._mean == 0 else self._mean + ((voltage - self._mean) >> 4)
-            if voltage >= self._low:
-                self._low_for = 0
-            elif self._low_for < self._rate:
-                self._low_for += periods
-            if self._low_for >= self._rate:
+            self._low_for = 0 if voltage >= self._low else min(self._low_for + periods, self._rate)
+            if self._low_for == self._rate:
                 flags |= BATTERY_IS_LOW
         fields[_FLAGS] = flags
         self._until -= periods

@@ -15,6 +15,7 @@ _SOFTEST = const(7)
 _PATIENCE = const(5)  # [periods] without an edge, after which a wheel gets more
 
 _FOLLOWS = const(0)  # places in the array: those of fault_watch,
+_EDGE = const(4)
 INTEGRAL = const(13)  # of its past: sum of errors [fine units]
 REFERENCE = const(14)  # the speed that the wheel should have at the end of the period
 MEAN = const(15)  # and on the mean over it, which its edges are
@@ -42,10 +43,9 @@ _MAX_TORQUE = const(36)
 _CONTINUOUS = const(37)
 _MAX_HEAT = const(38)
 _STIFFNESS = const(39)
-_SHIFT = const(40)
-_FREE = const(41)
-_CREEPS = const(42)
-_SECOND = const(43)
+_FREE = const(40)
+_CREEPS = const(41)
+_SECOND = const(42)
 
 
 @micropython.viper
@@ -55,9 +55,9 @@ def measure(numbers, counts: int, periods: int) -> int:
     Halve what counts ask for, twice and for a second each, where the wheel is turned round at once, against its aim.
     """
     n, sign = ptr32(numbers), int(SIGN)
-    most = (2 * n[_FREE] >> n[_SHIFT]) * periods  # more are no speed
+    most = 2 * n[_FREE] // n[_EDGE] * periods  # more are no speed
     counts = most if counts > most else 0 - most if counts < 0 - most else counts
-    speed = (counts << n[_SHIFT]) // periods
+    speed = counts * n[_EDGE] // periods
     before, mean = n[_SPEED] << sign >> sign, n[MEAN] << sign >> sign
     least = n[_FOLLOWS] if mean else n[_FOLLOWS] * 3 >> 2
     n[_SPEED] = speed
@@ -97,7 +97,7 @@ def against(numbers, speed: int, ahead: int, periods: int, brake: int) -> int:
     away, most = n[_AWAY] << sign >> sign, (n[_MAX_TORQUE] << 16) // n[_STIFFNESS]
     away = away + speed * periods if held else 0
     away = most if away > most else 0 - most if away < 0 - most else away
-    edge = 1 << n[_SHIFT]
+    edge = n[_EDGE]
     clear, most = fast - edge, 536870912 // (brake + 1)
     least = 0 if periods else fast if fast < edge else edge  # one edge of a wheel that is held may be a tremor
     clear = least if clear < least else most if clear > most else clear
@@ -132,7 +132,7 @@ def follow_up(numbers, setpoint: int, speed: int, error: int, bend: int, periods
     fed += static if setpoint > 0 else 0 - static if setpoint < 0 else 0
     idle = n[_IDLE] + periods if speed == 0 else 0
     n[_IDLE] = idle
-    summed, least, slow = error, n[_CREEPS], 1 << n[_SHIFT] >> 2
+    summed, least, slow = error, n[_CREEPS], n[_EDGE] >> 2
     if idle > _PATIENCE and before > slow:
         summed = least if error < least else error
     elif idle > _PATIENCE and before < 0 - slow:
@@ -206,7 +206,7 @@ class Pid:
         blind, wrong, forget, second = in_periods(config, *TIMES, 1000)
         self.n = array("i", [n.follows, blind, wrong, n.reach, 1 << n.shift, forget] + [0] * (_STATIC - STILL) + [
             n.static, n.load, n.gain, 0 if config.DRIVER == "coast" else n.gain, n.p, n.i, n.follow, n.lead,
-            config.MAX_EFFORT, n.max_torque, n.continuous, n.max_heat, n.stiffness, n.shift, n.free, n.creeps, second])
+            config.MAX_EFFORT, n.max_torque, n.continuous, n.max_heat, n.stiffness, n.free, n.creeps, second])
         self.reset(0)
 
     @micropython.viper
@@ -254,7 +254,7 @@ class Pid:
         numbers = self.n
         n, sign = ptr32(numbers), int(SIGN)
         speed = int(measure(numbers, counts, periods))
-        before, away, edge = n[_EFFORT] << sign >> sign, n[_AWAY] << sign >> sign, 1 << n[_SHIFT]
+        before, away, edge = n[_EFFORT] << sign >> sign, n[_AWAY] << sign >> sign, n[_EDGE]
         if n[_HELD]:  # what held it on a slope goes on, also where it was just shorted
             integral, most = 0 - n[_STIFFNESS] * int(far_away(away, edge)) // n[_I], (n[_LOAD] << 16) // n[_I]
             n[INTEGRAL] = most if integral > most else 0 - most if integral < 0 - most else integral

@@ -3,8 +3,6 @@
 import machine
 import micropython
 
-_CTRL_C = 3
-
 
 def main():
     """Run until the PC asks for the REPL; however it ends, the motors are off and the heap is free."""
@@ -44,4 +42,4 @@ micropython.alloc_emergency_exception_buf(100)  # so that an error in the tick's
 try:
     main()
 finally:  # an error before the watchdog is armed ends in the REPL, with its message on the screen
-    micropython.kbd_intr(_CTRL_C)
+    micropython.kbd_intr(3)  # Ctrl-C

@@ -79,38 +79,6 @@ def far_away(away: int, edge: int) -> int:
 
 
 @micropython.viper
-def against(numbers, speed: int, ahead: int, periods: int, brake: int) -> int:
-    """Return the effort against a speed and, over these periods, against the way that the wheel was moved at rest.
-
-    ahead: the speed in the direction in which it was driven.
-    """
-    n, sign = ptr32(numbers), int(SIGN)
-    fast = speed if speed > 0 else 0 - speed
-    slow = fast <= n[_CREEPS]
-    if slow:
-        n[_HELD] = 1
-    held = n[_HELD] if periods else 0
-    short = -1 if speed > 0 else 1  # a driver that can brakes, whatever is counted; it turns nothing
-    if (ahead <= 0 and not held) or (held and not slow and n[_PROVED] == 0):
-        n[_AWAY] = 0
-        return short
-    away, most = n[_AWAY] << sign >> sign, (n[_MAX_TORQUE] << 16) // n[_STIFFNESS]
-    away = away + speed * periods if held else 0
-    away = most if away > most else 0 - most if away < 0 - most else away
-    edge = n[_EDGE]
-    clear, most = fast - edge, 536870912 // (brake + 1)
-    least = 0 if periods else fast if fast < edge else edge  # one edge of a wheel that is held may be a tremor
-    clear = least if clear < least else most if clear > most else clear
-    clear = clear if speed > 0 else 0 - clear
-    effort = 0 - (brake * clear >> 16) - (n[_STIFFNESS] * int(far_away(away, edge)) >> 16) >> n[_SOFTNESS]
-    along = (effort > 0 and speed > 0) or (effort < 0 and speed < 0)
-    if clear != 0 and along:
-        away -= away >> 2  # it goes back: less is enough
-    n[_AWAY] = away
-    return short if along or effort == 0 else int(limit(numbers, effort, speed, 0))
-
-
-@micropython.viper
 def follow_up(numbers, setpoint: int, speed: int, error: int, bend: int, periods: int) -> int:
     """Bring the reference nearer to the set-point, and exactly there in the end; return the effort to follow it.
 
@@ -237,8 +205,28 @@ class Pid:
         if fault == 0 and holds and before >= -1 and before <= 1:
             fault = int(rest_fault(numbers, speed, periods))
         self.fault = fault
-        ahead = speed * (n[_DIRECTION] << sign >> sign)
-        effort = int(against(numbers, speed, ahead, periods if holds else 0, brake))
+        fast, edge = speed if speed > 0 else 0 - speed, n[_EDGE]
+        slow, ahead = fast <= n[_CREEPS], speed * (n[_DIRECTION] << sign >> sign)
+        if slow:
+            n[_HELD] = 1
+        held = n[_HELD] if holds else 0
+        effort = -1 if speed > 0 else 1  # a driver that can brakes, whatever is counted; it turns nothing
+        away, most = n[_AWAY] << sign >> sign, (n[_MAX_TORQUE] << 16) // n[_STIFFNESS]
+        away = away + speed * periods if held else 0
+        away = most if away > most else 0 - most if away < 0 - most else away
+        if (held and not slow and n[_PROVED] == 0) or (not held and ahead <= 0):
+            away = 0
+        else:
+            clear, most = fast - edge, 536870912 // (brake + 1)
+            least = 0 if holds else fast if fast < edge else edge  # one edge of a wheel that is held may be a tremor
+            clear = least if clear < least else most if clear > most else clear
+            clear = clear if speed > 0 else 0 - clear
+            wanted = 0 - (brake * clear >> 16) - (n[_STIFFNESS] * int(far_away(away, edge)) >> 16) >> n[_SOFTNESS]
+            if (wanted > 0 and speed > 0) or (wanted < 0 and speed < 0):
+                away -= away >> 2 if clear else 0  # it goes back: less is enough
+            elif wanted != 0:
+                effort = int(limit(numbers, wanted, speed, 0))
+        n[_AWAY] = away
         n[_EFFORT] = effort
         warm(numbers, effort, speed, periods)
         return effort

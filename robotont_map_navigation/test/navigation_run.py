@@ -99,7 +99,9 @@ class Run(Simulated):
         """Run goto and wait for its end; the figures."""
         for record in self.truth, self.commands, self.reports:
             record.clear()
-        wait_for(lambda: self.truth, "the simulator")
+        wait_for(lambda: self.truth and any("no map" not in report.message for report in self.reports),
+                 "the simulator and its map", timeout=60)
+        self.reports.clear()
         start = time.monotonic()
         result = subprocess.run(["timeout", str(GOAL_TIMEOUT), program("robotont_map_navigation", "goto"), str(x),
                                  str(y), str(yaw)], check=False, text=True, stdout=subprocess.PIPE,

@@ -8,6 +8,7 @@ from firmware_tools import tool
 
 from robotont_firmware import __version__ as VERSION  # noqa: N812
 from robotont_flash.board_check import ASK, LEAVE, FlashError
+from robotont_flash.copying import OURS
 from robotont_testing.stand_in_board import crc16, sealed
 
 OLD = "# of an older robotont_firmware"
@@ -37,7 +38,7 @@ class Board:
         self.files = Path(folder)
         (self.files / "robotont_firmware").mkdir(parents=True)
         for name in ("boot.py", "main.py", "robotont_firmware/wheel_speed.py"):
-            (self.files / name).write_text(OLD)
+            (self.files / name).write_text(OURS.get(name, b"").decode() + OLD)
         self.old = self.content()
 
     def content(self):

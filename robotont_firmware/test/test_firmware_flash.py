@@ -68,8 +68,7 @@ def test_what_a_board_sends_tells_its_firmware(board, sent, words):
     (b"", "2e8a:0005", "--profile ours", ["no ST-Link"]),  # a Pico
     (b"", "", "", ["--profile", "FOUR ENCODER WIRES MOVED"]),  # it reports no profile
     (b"", "", "--profile theirs", ["--profile", "FOUR ENCODER WIRES MOVED"]),
-    (OWN, "", "--profile ours", ["Wiring profile ours", "PB6, PB7", "own boot.py and main.py are replaced",
-                                      "the board has the profile robotont21 now",
+    (OWN, "", "--profile ours", ["Wiring profile ours", "PB6, PB7", "the board has the profile robotont21 now",
                                      "--yes"])])  # fmt: skip
 @pytest.mark.parametrize("answer", ["", "robotont21\n"])  # without a terminal, and a wrong one
 def test_what_must_not_be_flashed_is_refused_and_nothing_written(board, flash, monkeypatch, sent, usb, arguments,
@@ -86,8 +85,12 @@ def test_what_must_not_be_flashed_is_refused_and_nothing_written(board, flash, m
 
 
 @pytest.mark.parametrize("arguments, status, words", [
-    ("--check --profile four", 0, ["PC12", "INERTIA: 1104000 g cm^2;", "about 1130400.", "Profile four can work."]),
+    ("--check --profile four robot:=four_wheels", 0, ["PC12", "INERTIA: 1104000 g cm^2;", "about 1130400.",
+                                                       "can work, and has the numbers of four_wheels"]),
     ("--check --profile ours", 0, ["Profile ours can work."]),
+    ("--check --profile four robot:=thesis", 1, ["WHEELS: 4 in the profile, 3 by the robot", "GEAR: 3000",
+                                                 "MASS: 3768"]),
+    ("--check --profile ours robot:=nobody", 1, ["robot: found 'nobody'"]),
     ("--check", 1, ["Choose with --profile"]),
 ])
 def test_a_profile_is_checked_without_a_board(flash, monkeypatch, arguments, status, words):
@@ -164,7 +167,7 @@ def test_flashes_everything_and_tests_the_board(board, flash, monkeypatch, tmp_p
     ({"totals": ""}, "0 packets came", program.NEW, False),
     ({"spoilt": 1}, "wrong checksum", program.NEW, False), ({"banner": "x"}, "introduce itself", program.NEW, False),
     ({"new_version": "1.0.0"}, "found # robotont_firmware 1.0.0", program.NEW, False),
-    ({"new_profile": "four"}, "profile four", program.NEW, False),
+    ({"new_profile": "vnh"}, "profile vnh", program.NEW, False),
     ({"packets": lambda: b"x\n"}, "0 packets came", program.NEW, False),
     *(({"machine": machine}, machine, program.STOPPED, True) for machine in (
         "Raspberry Pi Pico with RP2040 with MicroPython 1.24.0 for files 4870",
@@ -234,6 +237,18 @@ def test_wherever_it_is_cut_the_board_has_the_old_firmware_or_the_new_one_or_non
             break
     assert sorted(set(seen)) == ["new", "none", "old"]
     assert whole
+
+
+def test_the_owners_files_stay(board, flash):
+    for name in ("boot.py", "main.py"):
+        (board.files / name).write_text("print('mine on robotont')")
+        (board.files / (name + ".kept")).write_text("print('mine, too')")
+    status, shown, _ = flash("--profile ours --yes")
+    assert status == 0
+    assert "The board's own main.py stays, as main.py.kept.kept" in shown
+    kept = {path.name: path.read_text() for path in board.files.glob("*.kept")}
+    assert kept == {"boot.py.kept": "print('mine, too')", "boot.py.kept.kept": "print('mine on robotont')",
+                    "main.py.kept": "print('mine, too')", "main.py.kept.kept": "print('mine on robotont')"}  # fmt: skip
 
 
 @pytest.mark.parametrize(("program", "words"), [

@@ -72,6 +72,8 @@ class Board:
         if config.BATTERY_PIN is not None:
             self._adc = pyb.ADC(pyb.Pin(config.BATTERY_PIN))
             self.battery = self._battery  # a board that does not measure has no such method
+        if config.LIGHT is not None:
+            self.light = pyb.Pin(config.LIGHT, pyb.Pin.OUT_PP).value
         self._hundredth = TIMER_CLOCK // config.RATE // 100  # [cycles] of a period
         self._began = self._tick_began = ticks_cpu()
         self._longest = 0  # [cycles] from a tick to the end of its work, since `load` was asked last
@@ -109,6 +111,7 @@ class Board:
             latched[motor] = encoders[motor]()
         self._ticks = (self._ticks + 1) & 0xFFFF
 
+    @micropython.native
     def wait_tick(self):
         """Sleep until the next tick; return how many there were since the last call."""
         spent = ticks_diff(ticks_cpu(), self._began)
@@ -157,7 +160,11 @@ class Board:
 
     def read(self, buffer):
         """Read what waits, at most len(buffer) bytes; return how many."""
-        return self._uart.readinto(buffer, min(self._uart.any(), len(buffer))) or 0  # of 0 bytes it does not wait
+        uart = self._uart
+        size = uart.any()
+        if size == 0:
+            return 0
+        return uart.readinto(buffer, min(size, len(buffer))) or 0
 
     def stop(self):
         """Switch the motors off for good: their pins are plain ones, held low, also after this program."""

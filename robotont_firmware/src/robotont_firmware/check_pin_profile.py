@@ -37,7 +37,7 @@ def check(config):
     require("TICK_TIMER", tick, type(tick) is int and tick in _TIMERS and tick not in taken, "a timer of its own")
 
     pins = motor_pins(config) + [pin for wiring in config.ENCODERS for pin in wiring[:2]] + list(config.FAULTS)
-    pins += [config.SAFE_BUTTON] + ([] if config.BATTERY_PIN is None else [config.BATTERY_PIN])
+    pins += [config.SAFE_BUTTON] + [pin for pin in (config.LIGHT, config.BATTERY_PIN) if pin is not None]
     for pin in pins:
         require("pins", pin, type(pin) is str and pins.count(pin) == 1, "a pin's name, used once")
 

@@ -7,7 +7,8 @@ It reaches the hardware only through a board object:
     drive(wheel, effort) effort -FULL_EFFORT..FULL_EFFORT (robot_numbers); 0 lets the wheel roll
     fault(wheel)         True while the motor driver reports a fault
     battery()            [mV] of the motors' battery
-    load()               [%] of a period, the most since the last call, that the work took; boards may lack these two
+    load()               [%] of a period, the most since the last call, that the work took
+    light(on)            switch a light; boards that lack these three have no such methods
     read(buffer)         read at most len(buffer) waiting bytes; return how many; never wait
     write(buffer, size)  send buffer[0:size]
     feed()               feed the watchdog
@@ -101,6 +102,7 @@ class Controller:
         status = self._status
         status.update(flags, periods, receiver.dropped)
         if counter & BEAT == 0:
+            status.show(counter, flags == 0, self._fault_hold > 0)
             for wheel in range(wheels if self._fault_hold == 0 else 0):
                 status.fields[WHEELS + wheel] = NO_FAULT if self._pids[wheel].n[HEAT] < self._max_heat else OVERLOAD
         sender = self._sender

@@ -26,3 +26,4 @@ DIRECTIONS = (("PB8", "PB9"), ("PB12", "PB13"), ("PB14", "PB15"))  # high while 
 FAULTS = ("PC9", "PC10", "PC11")  # low: fault (open drain, pulled up inside the chip); () where none is connected
 TICK_TIMER = 6
 SAFE_BUTTON = "PC13"  # USER, low while pressed
+LIGHT = "PA5"  # LD2: idle, driven, fault

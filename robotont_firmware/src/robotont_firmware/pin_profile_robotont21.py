@@ -33,3 +33,4 @@ PWM_FREQUENCY = 100  # [Hz] as in the official firmware; pulses much shorter tha
 PWM = (("PC6", 8, 1, 3), ("PB14", 15, 1, 14), ("PB6", 4, 1, 2))  # pin, timer, channel, alternate function
 DIRECTIONS = (("PC9", "PC8"), ("PB1", "PB15"), ("PA7", "PB12"))  # high while forward (DIR2), backward (DIR1)
 FAULTS = ("PA6", "PB3", "PB2")  # low: fault
+LIGHT = None  # whether the shield leads LD2's pin anywhere is not known

@@ -126,7 +126,6 @@ class Sender:
         self._number = array("H", [0])
         self._digits = bytes([2]), bytes([8 + 4] * wheels), bytes([8 + 2, 2, 2] + [1] * wheels + [3, 2]), bytes([4])
 
-    @micropython.native
     def pack(self, counter, counts, totals, status):
         """Write a feedback packet; return its length [bytes].
 

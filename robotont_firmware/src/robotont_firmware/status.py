@@ -1,4 +1,4 @@
-"""What every packet tells about the board: flags, counters, faults, battery and load."""
+"""What every packet tells about the board: flags, counters, faults, battery and load; and what its light shows."""
 
 from array import array
 
@@ -10,16 +10,17 @@ BATTERY_IS_LOW = const(4)
 
 WHEELS = const(3)  # place of the first wheel's fault in the fields
 _FLAGS, _MISSED, _REFUSED = const(0), const(1), const(2)
-BEAT = const(7)  # [periods - 1, a power of 2] in which at most one question is answered
+BEAT = const(7)  # [periods - 1, a power of 2] in which the light does not change, and at most one question is answered
 
 
 class Status:
-    """`fields`: array "H" as Sender.pack writes it. The board's battery and load are used where it has them."""
+    """`fields`: array "H" as Sender.pack writes it. The board's battery, load and light are used where it has them."""
 
     def __init__(self, board, config, wheels):
         self.fields = array("H", [0] * (WHEELS + wheels + 2))
         self._battery = getattr(board, "battery", None)
         self._load = getattr(board, "load", None)
+        self._light = getattr(board, "light", None)
         self._low = config.BATTERY_LOW
         self._rate = config.RATE
         self._low_for = 0  # [periods] that the battery has been low: a second is told
@@ -44,3 +45,9 @@ class Status:
             fields[-2] = min(self._mean // 10, 0xFFF)
             if self._load is not None:
                 fields[-1] = self._load()
+
+    def show(self, counter, driven, broken):
+        """Once in a beat: blink with a fault, shine while the robot is driven, flash now and then else."""
+        if self._light is not None:
+            beat = counter // (BEAT + 1)
+            self._light(beat & 1 if broken else driven or beat & 7 == 0)

@@ -26,8 +26,18 @@ import os, sys
 mpy = getattr(sys.implementation, "_mpy", 0) & 0xFFFF
 print(os.uname().machine, "with MicroPython", os.uname().release, "for files", mpy)
 """
-PREPARE = """
+# An owner's own boot.py and main.py stay, under another name: ours begin so since ever.
+OURS = {"boot.py": b'"""First thing after a reset: motors off, whatever comes next.',
+        "main.py": b'"""Starts the firmware, or leaves the REPL free in safe mode'}
+PREPARE = f"""
 import os
+for name, begin in {OURS}.items():
+    if name in os.listdir() and open(name, "rb").read(len(begin)) != begin:
+        kept = name + ".kept"
+        while kept in os.listdir():
+            kept += ".kept"
+        os.rename(name, kept)
+        print("The board's own", name, "stays, as", kept)
 if "main.py" in os.listdir():
     os.remove("main.py")
 if "robotont_firmware" not in os.listdir():
@@ -104,6 +114,6 @@ def identify(port, files):
 
 def copy(port, files):
     """Exchange the board's files for these."""
-    mpremote(port, "exec", PREPARE)
+    print(mpremote(port, "exec", PREPARE), end="")
     mpremote(port, "fs", "cp", *map(str, files), ":robotont_firmware/")
     mpremote(port, "exec", FINISH)

@@ -12,12 +12,14 @@ from types import SimpleNamespace
 
 from robotont_driver.link.serial_port import explain
 from robotont_driver.parameters.argument_parser import ArgumentParser
+from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware import __version__ as new
 from robotont_firmware import check_pin_profile
 from robotont_flash import board_check, copying
 from robotont_flash.board_check import FlashError
 
 PACKAGE = Path(check_pin_profile.__file__).resolve().parent
+NEAR = 0.02  # part by which a profile's number may differ from the robot's
 USUAL = 0.75  # inertia in mass times the wheels' distance squared: the thesis' robot has 0.77, four_wheels 0.73
 
 # What is on the board, as the last line of every message about a failure.
@@ -70,13 +72,21 @@ def numbers_of(wheels):
             "STALL_TORQUE": round(1e6 * wheels.motor.stall_torque)}
 
 
-def check(profile):
-    """Check a profile without a board; FlashError: it is wrong."""
+def check(profile, robot):
+    """Check a profile without a board, beside a robot (name or folder) where one is named.
+
+    FlashError: it is wrong. OSError, ValueError: there is no such robot.
+    """
     config, wiring = choose_profile(PACKAGE, profile)
     print(describe(wiring))
+    wanted = numbers_of(read_robot(robot).wheels) if robot else {}
+    different = [f"{number}: {config[number]} in the profile, {value} by the robot"
+                 for number, value in wanted.items() if abs(config[number] - value) > NEAR * value]
+    if different:
+        raise FlashError("\n".join([f"profile {profile} is another robot's:", *different]))
     usual = USUAL * config["MASS"] * (config["DISTANCE"] / 1e4) ** 2
     print(f"INERTIA: {config['INERTIA']} g cm^2; by MASS and DISTANCE it may be about {usual:.0f}.")
-    print(f"Profile {profile} can work.")
+    print(f"Profile {profile} can work" + (f", and has the numbers of {robot}." if robot else "."))
 
 
 def describe(wiring):
@@ -95,7 +105,7 @@ def describe(wiring):
 def confirm(wiring, on_board, yes):
     """Show the wiring and ask; FlashError unless the answer is the profile's name."""
     name = wiring["PROFILE"]
-    print(describe(wiring), "  The board's own boot.py and main.py are replaced, if it has some.", sep="\n")
+    print(describe(wiring))
     if on_board and on_board != name:
         print(f"  ATTENTION: the board has the profile {on_board} now.")
     if yes:
@@ -138,11 +148,12 @@ def main():
     parser.add_argument("--profile", help="how the board is wired; without it the profile that is on the board")
     parser.add_argument("--yes", action="store_true", help="do not ask")
     parser.add_argument("--check", action="store_true", help="only say whether the profile can work: needs no board")
+    parser.add_argument("--robot", metavar="NAME or FOLDER", help="with --check: whether it has its numbers, too")
     options = parser.parse_args()
     on_the_board = UNTOUCHED
     try:
         if options.check:
-            check(options.profile)
+            check(options.profile, options.robot)
             return 0
         for on_the_board in flash(options.port, options.profile, options.yes):  # noqa: B007 (and ends with it)
             pass

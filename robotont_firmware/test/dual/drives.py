@@ -14,7 +14,7 @@ from dual_tools import Config, Robot, profile
 from sim_motor import BRAKE, COAST, DIODE, FLOATING, HALF, MICRO, REVERSED, UNPLUGGED
 from suite_fuzz import Random
 
-from robotont_firmware import pin_profile_robotont21
+from robotont_firmware import pin_profile_robotont21, pin_profile_vnh
 from robotont_firmware.fault_watch import NO_FAULT, OVERLOAD
 from robotont_firmware.status import WHEELS
 
@@ -23,7 +23,7 @@ NAMES = {UNPLUGGED: "unplugged", REVERSED: "reversed", HALF: "half dead", FLOATI
 
 PROFILES = (  # configuration, its motor driver, [units] that it reaches
     (Config(), {"driver": BRAKE}, 150),
-    (Config(STATIC=400, TEST_EFFORT=600), {"driver": DIODE}, 150),
+    (profile(pin_profile_vnh), {"driver": DIODE}, 150),
     (profile(pin_profile_robotont21), {"driver": COAST, "frequency": 100, "battery": 140}, 33),
 )
 

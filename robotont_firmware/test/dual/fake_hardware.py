@@ -97,7 +97,7 @@ class UART:
         return len(self.inbox)
 
     def readinto(self, buffer, size):
-        assert size <= len(self.inbox), "would wait for more"
+        assert 0 < size <= len(self.inbox), "would wait for more"
         for at in range(size):
             buffer[at] = self.inbox[at]
         self.inbox = self.inbox[size:]

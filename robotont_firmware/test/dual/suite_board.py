@@ -323,10 +323,14 @@ def test_load_is_the_longest_work_since_it_was_asked_and_counts_from_the_tick():
     assert made.load() == 255
 
 
-def test_battery_where_it_is_wired():
+def test_battery_and_light_where_they_are_wired():
+    assert not hasattr(make(LIGHT=None), "light")
     assert not hasattr(make(), "battery")
     made = make(BATTERY_PIN="PC0", BATTERY_DIVIDER=20475)
     ADC.value = 2400
     with Locked():
         voltage = made.battery()
     assert voltage == 12000
+    for on in (1, 0):
+        made.light(on)
+        assert levels["PA5"] == on

@@ -247,9 +247,11 @@ def test_a_command_or_a_fault_ends_it_and_after_a_reset_zeros_come_first():
     assert robot.efforts() == [0, 0, 0], "zeros first"
 
 
-def test_status_has_voltage_and_load_once_a_second():
+def test_status_has_voltage_and_load_once_a_second_and_the_light_shows_what_goes_on():
     robot = Robot(battery_mv=12340)
+    lights = []
     robot.board.load = lambda: 49
+    robot.board.light = lambda on: lights.append(bool(on))
     robot.controller = Controller(robot.board, config, "test")
     robot.tick(1)
     assert robot.newest()[4:] == (1234, 49)
@@ -258,6 +260,15 @@ def test_status_has_voltage_and_load_once_a_second():
     assert robot.newest()[4] == 1234, "the same for a second"
     robot.tick(1)
     assert 1100 <= robot.newest()[4] <= 1110, "then the mean over some periods"
+    robot.board.keep = False  # the emulated board has not as much memory
+    shown = {}
+    for name, command, fault in (("idle", None, False), ("driven", "20:20:20", False), ("fault", None, True)):
+        fail(robot, fault)
+        robot.tick(40, command)
+        lights.clear()
+        robot.tick(64, command)
+        shown[name] = sum(lights), len(lights)
+    assert shown == {"idle": (1, 8), "driven": (8, 8), "fault": (4, 8)}
 
 
 def test_the_watchdog_is_fed_in_each_period_until_the_pc_asks_for_the_repl():

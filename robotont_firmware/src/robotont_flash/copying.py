@@ -93,8 +93,8 @@ def mpremote(port, *arguments):
         raise FlashError(f"mpremote {arguments[0]} on {port} did not end within {STEP_TIME} s.") from None
     if ended.returncode != 0:
         if "could not enter raw repl" in ended.stdout:
-            raise FlashError(f"No MicroPython answers on {port}. A board that was never flashed: see docs/firmware.md, "
-                             f'"Flash it".\nA program that does not answer: {SAFE_MODE}')  # fmt: skip
+            hint = 'A board that was never flashed: see docs/firmware.md, "Flash it".'
+            raise FlashError(f"No MicroPython answers on {port}. {hint}\nA program that does not answer: {SAFE_MODE}")
         last = ended.stdout.strip().rpartition("\n")[2] or "no reason given"
         raise FlashError(f"mpremote {arguments[0]} on {port} failed: {last}")
     return ended.stdout

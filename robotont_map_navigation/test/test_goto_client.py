@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from actionlib_msgs.msg import GoalStatus, GoalStatusArray
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from move_base_msgs.msg import MoveBaseActionResult
 from navigation_messages import Bus, grid, walled
@@ -25,6 +25,7 @@ class MoveBase(Bus):
         super().__init__(monkeypatch)
         self.shown, self.cancelled = [], []
         self.after, self.status = 0.0, GoalStatus.ABORTED  # [s] until the result
+        self.others = []  # goals of other clients that it pursues
         self.before = ()  # (topic, message) that come before it
         self.obeys = self.lives = True  # a cancellation; and says so
         self.goto = GoTo(self.shown.append)
@@ -37,7 +38,7 @@ class MoveBase(Bus):
     def sleep(self, seconds):
         super().sleep(seconds)
         if self.lives:
-            self.hear("move_base/status", GoalStatusArray())
+            self.hear("move_base/status", GoalStatusArray(status_list=self.others))
 
     def publish(self, topic, message):
         super().publish(topic, message)
@@ -118,6 +119,18 @@ def test_a_robot_that_waits_turns_around_now_and_then_to_see_whether_its_way_is_
     assert 0.1 * sum(turns) == pytest.approx(min(TURN * seconds, 2 * math.pi), abs=0.2)
     assert turns.index(0.0) == len(turns) - 1
     assert len(move_base.goals) > 10
+
+
+@pytest.mark.parametrize("when", ["waits, 3 of 60 s: move_base gave up (ABORTED): no way", "looks around"])
+def test_a_goal_that_waits_neither_turns_the_robot_nor_comes_back_once_move_base_pursues_another_one(move_base, when):
+    def another(words):
+        if words == when:
+            move_base.later(1.0, move_base.others.append, GoalStatus(GoalID(id="another"), GoalStatus.ACTIVE, ""))
+    move_base.goto._show = another
+    assert move_base.goto.go(GOAL).status == Status.REPLACED
+    assert move_base.now < 112.0
+    assert len(move_base.sent["cmd_vel/navigation"]) < 15
+    assert move_base.cancelled == []
 
 
 @pytest.mark.parametrize("presses", [["/page"], ["/page", ""]])

@@ -41,7 +41,7 @@ class GoTo:
         self._show = show
         self._map = Newest("map", OccupancyGrid)
         self._trouble = Newest("localization/trouble", String, String())  # why the pose is wrong, of navigation_monitor
-        self._status = Newest("move_base/status", GoalStatusArray)
+        self._status = Newest("move_base/status", GoalStatusArray, GoalStatusArray())
         self._pose = None      # (x [m], y [m], yaw [rad]) of the robot on the map, by move_base
         self._held = ""        # what has ended navigation's motion since this goal was sent, of navigation_monitor
         self._pressed_by = ""  # who presses the emergency stop, which cancels all goals
@@ -115,6 +115,8 @@ class GoTo:
                 found = self._end(goal, now - start) if ended else self._by_others()
                 if found and (found.status != Status.GAVE_UP or self._held or waited > patience):
                     return found
+                if found and self._is_replaced():
+                    return Outcome(Status.REPLACED, "another goal has taken its place")
                 if found and min(waited, now - looked) > LOOK:
                     self._look_around()
                     looked = time.monotonic()
@@ -145,7 +147,7 @@ class GoTo:
         self._show("looks around")
         end = time.monotonic() + 2 * math.pi / TURN
         try:
-            while time.monotonic() < end and not (self._left or self._by_others()):
+            while time.monotonic() < end and not (self._left or self._is_replaced() or self._by_others()):
                 self._command.publish(Twist(angular=Vector3(z=TURN)))
                 time.sleep(0.1)
         finally:
@@ -160,6 +162,11 @@ class GoTo:
     def _has_ended(self):
         """Whether move_base has ended the goal that was sent last, or somebody has left it."""
         return self._left or self._handle.get_comm_state() == actionlib.CommState.DONE
+
+    def _is_replaced(self):
+        """Whether move_base pursues a goal of somebody else, while this one waits."""
+        return any(one.status in (GoalStatus.PENDING, GoalStatus.ACTIVE) and one.goal_id.id != goal_id(self._handle)
+                   for one in self._status.message.status_list)
 
     def _end(self, goal, elapsed):
         """The Outcome of a goal that has ended."""

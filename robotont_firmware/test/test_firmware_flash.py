@@ -62,7 +62,7 @@ def test_what_a_board_sends_tells_its_firmware(board, sent, words):
 
 
 @pytest.mark.parametrize(("sent", "usb", "arguments", "words"), [
-    (b"**** MAIN ****\r\n", "", "--profile ours", ["needs no flashing"]),
+    (b"**** MAIN ****\r\n", "", "--profile ours", ["This command does not flash it"]),
     (b"Hello, world\r\n", "", "--profile ours", ["of no known protocol", "safe mode"]),
     (b"", "0483:5740", "--profile ours", ["generation 3"]),
     (b"", "2e8a:0005", "--profile ours", ["no ST-Link"]),  # a Pico

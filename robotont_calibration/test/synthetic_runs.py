@@ -36,23 +36,22 @@ def drives(times=1):
                                    straight(0, 3.0), straight(0, -3.0)]))
 
 
-def recorded(parameters, twists, seed, deviation, noise=NOISE, point=(0.0, 0.0)):
-    """(counts, K x 3 measured poses of a point of base_link, from where it begins) of a robot with these parameters."""
+def recorded(parameters, twists, seed, deviation):
+    """(counts, K x 3 measured poses, from where it begins) of a robot with these parameters."""
     wheels = read_wheels(parameters)
     generator = np.random.default_rng(seed)
-    counts = counted(wheels, rolled(wheels, twists), noise, generator)
-    poses = path_of(twists)[1:].T
-    poses = np.transpose(se2.between((*point, 0.0), se2.compose(poses, (*point, 0.0))))
+    counts = counted(wheels, rolled(wheels, twists), NOISE, generator)
+    poses = path_of(twists)[1:]
     place, yaw = deviation
     return counts, poses + generator.standard_normal(poses.shape) * (place, place, yaw)
 
 
-def tracked_runs(parameters, seed=0, noise=NOISE, point=(0.0, 0.0), driven=None, spoil=lambda _number, poses: poses):
+def tracked_runs(parameters, driven=None):
     """`Run`s with a ground truth."""
     for number, twists in (driven or drives()).items():
-        counts, poses = recorded(parameters, twists, seed + number, TRACKED, noise, point)
+        counts, poses = recorded(parameters, twists, number, TRACKED)
         stamps = PERIOD * np.arange(1, len(counts) + 1)
-        yield tracked_run(str(number), stamps, counts, Trajectory(stamps, spoil(number, poses)), SECONDS, TRACKED)
+        yield tracked_run(str(number), stamps, counts, Trajectory(stamps, poses), SECONDS, TRACKED)
 
 
 def taped_runs(parameters, seed=0, driven=None, spoil=lambda _number, poses: poses):

@@ -5,14 +5,11 @@ import math
 import genpy
 import pytest
 import rosbag
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String, UInt8MultiArray
 from synthetic_runs import write_run
 
 from robotont_calibration.recordings import Recording, RecordingError, read_recording
-from robotont_testing.spoilt import spoilt
 
 TOPICS = {"odometry": "odom", "packets": "serial_read"}
 
@@ -24,19 +21,6 @@ def drive(tmp_path_factory):
     write_run(folder / "a.bag", odom=[(time, (0, 0, 0)) for time in range(100, 120)],
               serial_read=[(time, (1, 2, -3)) for time in range(100, 120)])
     return folder
-
-
-@settings(deadline=None)
-@given(seed=st.integers(0, 2 ** 32))
-def test_a_file_with_errors(drive, seed):
-    file = drive / "errors.bag"
-    file.write_bytes(spoilt((drive / "a.bag").read_bytes(), seed))
-    try:
-        recording = read_recording(file, TOPICS)
-    except RecordingError as error:
-        assert str(file) in str(error)
-    else:
-        assert isinstance(recording, Recording)
 
 
 @pytest.mark.parametrize("length, topics, words", [

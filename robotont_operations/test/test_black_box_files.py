@@ -131,10 +131,11 @@ def test_the_recorder_tells_what_it_could_not_write_and_makes_a_folder_again_tha
     folder = tmp_path / "black_box"
     with mock.patch.multiple(recorder_node, rospy=mock.Mock(), RepeatingThread=mock.Mock(), Health=mock.Mock()):
         node = recorder_node.RecorderNode({"folder": folder, "topics": "serial_read", "keep": 0.0})
+        recorder_node.rospy.on_shutdown.assert_called_once_with(node._write)
 
         def written(one):
             node._records = [one]
-            node._write()
+            assert 0.0 <= node._work() <= 1.0
             return node._report()[:2]
         assert written(record(0)) == (OK, "recording")
         nobodys = {key: HEADER[key] for key in ("type", "md5sum")}

@@ -1,4 +1,3 @@
-import numpy as np
 import pytest
 from navigation_messages import walled
 
@@ -26,9 +25,3 @@ def room(origin):
 def test_a_goal_is_refused_where_the_map_has_no_room(origin, goal, words):
     x, y, _ = compose(origin, (*goal, 0.0))
     assert room(origin).refusal((x, y), RADIUS) == (words and f"({x:.2f}, {y:.2f}) is {words}")
-
-
-def test_places_at_walls():
-    x = np.array([0.1, 2.0, 1.0, 9.0])
-    near = room((0.0, 0.0, 0.0)).are_near_walls((x, np.full(4, 1.0)), 0.15)
-    assert near.tolist() == [True, True, False, False]

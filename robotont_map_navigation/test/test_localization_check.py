@@ -78,12 +78,9 @@ def test_a_wrong_pose_cancels_what_drives_until_a_person_has_set_it(monitor):
     says(monitor.look(), WELL)
 
 
-@pytest.mark.parametrize("place, words", [
-    ((0.5, -1.02, 3.0), "the pose (0.50, -1.02) is in a wall of the map"),
-    ((50.0, 0.0, 0.0), "the pose (50.00, 0.00) is off the map, which is 6.1 m x 2.1 m large")])
-def test_a_pose_where_no_robot_can_be_is_wrong(monitor, place, words):
-    monitor.stand(*place)
-    says(monitor.look(), (ERROR, words))
+def test_a_pose_where_no_robot_can_be_is_wrong(monitor):
+    monitor.stand(50.0, 0.0, 0.0)
+    says(monitor.look(), (ERROR, "the pose (50.00, 0.00) is off the map, which is 6.1 m x 2.1 m large"))
 
 
 def test_a_pose_that_slides_away_is_wrong_even_when_it_fits_then(monitor):

@@ -51,13 +51,6 @@ def test_a_wall_that_gives_way_has_no_hole(cells, distance, along):
     assert rooms[30, 0] != rooms[30, -1]
 
 
-def test_the_way_out_is_free_for_the_whole_robot():
-    place = beside(0.05)
-    free = FloorMap(changed(place), CELL, ORIGIN)
-    for step in np.arange(0.0, 0.3, 0.01):
-        assert free.clearance((place[0] - step, place[1])) >= RADIUS
-
-
 def test_the_end_of_a_wall_stays_where_it_is():
     """What the robot sees past the end is free, also where the wall gives way."""
     assert (changed(beside(0.15, 3.0))[60:] == 0).all()

@@ -42,11 +42,11 @@ def choose_language(page, language):
     page.run(f"while (document.documentElement.lang !== '{language}') $('language').click()")
 
 
-def press_mouse(page, selector, right=0.0, button="left"):
+def press_mouse(page, selector):
     """A click."""
-    x, y = page.place(selector, right)
+    x, y = page.place(selector)
     for kind in ("mousePressed", "mouseReleased"):
-        page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, clickCount=1)
+        page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
 
 def png(width=80):

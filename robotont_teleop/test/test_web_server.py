@@ -1,8 +1,6 @@
 """The server against browsers that mean well: what moves the robot."""
 
-import socket
 import time
-from types import SimpleNamespace
 
 import pytest
 
@@ -98,14 +96,3 @@ def test_orders_and_no_answer_is_lost_when_many_come_at_once(served):
     wait_for(lambda: page.closed, "the refusal of the last")
     assert page.messages["late"]["what"] == "take"
     assert served.robot.orders == [("goal", 1.0, -2.5), ("cancel",), ("give_back",), ("reset_odometry",)]
-
-
-def test_no_command_waits_behind_a_picture(served):
-    served.robot.camera = SimpleNamespace(picture=lambda: (1, bytes(20_000_000)))
-    page = served.ready_page()
-    with socket.create_connection(("127.0.0.1", served.port)) as reader:
-        reader.sendall(f"GET /camera.jpg HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\n\r\n".encode())
-        assert reader.recv(100).startswith(b"HTTP/1.1 200")  # nobody reads the rest
-        page.drive(0.3)
-        page.order("take", 0)
-        wait_for(lambda: served.robot.moved and "late" in page.messages, "the command and the answer")

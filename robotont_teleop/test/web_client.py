@@ -136,7 +136,7 @@ class OpenPage:
         if text is None:
             self.closed = True
             return
-        message = json.loads(text, parse_constant=_refuse_constant)
+        message = json.loads(text)
         self.messages[message["kind"]] = message
         self.states += message["kind"] == "state"
 
@@ -167,8 +167,3 @@ def room(x=0.0, **info):
     grid = OccupancyGrid(info=MapMetaData(**{"resolution": 0.5, "width": 12, "height": 12, **info}), data=[0] * 144)
     grid.info.origin.position.x, grid.info.origin.orientation.w = x, 1.0
     return grid
-
-
-def _refuse_constant(name):
-    """No browser reads NaN or Infinity."""
-    raise ValueError(f"found {name}")

@@ -1,15 +1,31 @@
 """Nodes without ROS, in a test's own time: what they send is kept, what they hear is handed to them."""
 
+import contextlib
 import math
 from collections import defaultdict
 from types import SimpleNamespace
 
+import pytest
 import rosgraph
 import rospy
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header
 
 from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
+
+WAITING = ("time.sleep", "builtins.open", "rosgraph.Master", "rospy.get_param", "rospy.set_param", "rospy.ServiceProxy",
+           "rospy.wait_for_service", "xmlrpc.client.ServerProxy", "subprocess.Popen", "threading.Thread.join")
+
+
+@contextlib.contextmanager
+def waiting_for_nobody():
+    """A block that fails where it waits: for the master, another node, the disk or time."""
+    def wait(*_given, **_named):
+        raise AssertionError("a callback of a command or a stop waits")
+    with pytest.MonkeyPatch.context() as patch:
+        for name in WAITING:
+            patch.setattr(name, wait)
+        yield
 
 
 class Bus:
@@ -47,8 +63,9 @@ class Bus:
     def hear(self, topic, message, sender="/somebody"):
         """A message comes, by the connection of a sender; "": of one that has not said its name."""
         message._connection_header = self._headers.setdefault((topic, sender), {"callerid": sender} if sender else {})
-        for callback in self.heard_by[topic]:
-            callback(message)
+        with waiting_for_nobody():
+            for callback in self.heard_by[topic]:
+                callback(message)
 
     def _publisher(self, topic, kind, **_):
         def publish(message):

@@ -4,7 +4,7 @@ import os
 from types import SimpleNamespace
 
 import pytest
-from bus import Bus
+from bus import Bus, waiting_for_nobody
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -41,9 +41,10 @@ class Keys(Bus):
         """Keys come, and it looks; the newest command."""
         self.now += after
         os.write(self._keyboard, text.encode())
-        for key in self.node._read():
-            self.node._take(key)
-        self.node._send()
+        with waiting_for_nobody():
+            for key in self.node._read():
+                self.node._take(key)
+            self.node._send()
         self.node._show()
         newest = self.sent["cmd_vel/hand"][-1] if self.sent["cmd_vel/hand"] else Twist()
         return newest.linear.x, newest.linear.y, newest.angular.z

@@ -31,20 +31,20 @@ HEAD = """<!-- Written by docs/draw_tables.py: `./robotont docs`. -->
 
 # Reference: nodes, parameters, launch files, systems
 
-A namespace is put before the names of topics. Most nodes publish on `/diagnostics`, too. Beside a parameter stands its
-default, behind the meaning a number's bounds.
+A namespace is put before names of topics that begin with no `/`. Most nodes publish on `/diagnostics`, too. Beside a
+parameter stands its default, behind the meaning a number's bounds.
 
-A node reads its parameters as it starts. After `rosparam set`, end it by `rosnode kill NODE`: most launch files start
-their nodes again. With web_teleop_node or simulator_node the whole launch ends, and sets its own again: change its
-file in `config/`. Start anew by hand what does not come back. A wrong value ends the node,
-with a message that says what is allowed. Your robot's values stand in [its folder](robots.md).
+A node reads its parameters as it starts. After `rosparam set`, end it by `rosnode kill NODE`. Nodes of `robot.launch`
+start again; `web_teleop_node` and `simulator_node` end their whole launch. A launch sets the values of its files as it
+starts: change the file in `config/`. A wrong value ends the node, with a message that says what is allowed. Your
+robot's values stand in [its folder](robots.md).
 With `composed:=true` the driver's three nodes are one, `/robotont_node`. It has their topics, reads their parameters
 under their names, and takes no `serial_write` or `serial_read` of other processes.
 """
 SYSTEMS = """
 ## Systems
 
-`./robotont` sets up these systems, on x86_64. On aarch64 (Raspberry Pi, Jetson) packages are found, nothing was run.
+`./robotont` sets up these systems, on x86_64. On aarch64 (Raspberry Pi, Jetson) nothing was run.
 
 | system | Python | ROS 1 | lacks | what ran |
 | --- | --- | --- | --- | --- |
@@ -101,8 +101,7 @@ def launch_files():
     """Lines about every launch file."""
     yield from ("", "## Launch files", "", "`roslaunch robotont_bringup FILE name:=value ...`. roslaunch ignores a "
                 "misspelt name; `roslaunch --ros-args robotont_bringup FILE` lists a file's own. "
-                "`namespace` is put before all "
-                "topics but `/tf`, `/tf_static` and `/diagnostics`: for two robots on one master.")
+                "Most files have `namespace`, too: put before the names of topics, for two robots on one master.")
     for file in sorted((FOLDER.parent / "launch").glob("*.launch")):
         comment = re.search(r"<!--\s*(.*?)\s*-->", file.read_text(), re.DOTALL)[1]
         comment = re.sub(r"docs/(([\w-]+)\.md)", r"[\2](\1)", re.sub(r"\s+", " ", comment))

@@ -74,6 +74,18 @@ def test_each_key_has_words_in_the_product_that_it_knows():
     ("serial_com_node: board", OLD, "board_unknown"),
     ("serial_com_node: board", "the battery is low at 9.9 V: charge it", "battery_low"),
     ("serial_com_node: link", "60 packets come per second instead of 50 (pidControlFrequency)", "wrong_rate"),
+    ("serial_com_node: board", "wheel 0: no counts although it is driven: encoder unplugged; all motors are off until "
+     "a command of zeros / the battery is low: charge it", "board_fault"),
+    ("serial_com_node: board", "the board waits for a command of zeros: it has restarted, or a fault has just ended",
+     ""),
+    ("serial_com_node: link", "5 messages on serial_write were no packets", ""),
+    ("odom_node: wheel feedback", "no packets on serial_read, the odometry stands still: see the diagnostics of the "
+     "link", "board_silent"),
+    ("cmd_vel_mux: guard", "cannot be used: no robot's wheels on the parameter server: does not interfere", ""),
+    ("cmd_vel_mux: guard", "scan of 'laser' by /scanner cannot be used: no odometry within 2 s of its stamps",
+     "guard_blind"),
+    ("navigation_monitor: localization", "the map explains 50% of the scan's rays, the others end before its walls: "
+     "something that the map lacks fills the view", ""),
     ("odom_node: stamps", "the clock was set forward by 3 s", "")])
 def test_a_fault_has_the_key_of_its_own_words_and_not_of_its_task(task, words, key):
     assert fault_key(task, words) == key

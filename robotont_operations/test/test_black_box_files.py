@@ -97,6 +97,13 @@ def test_a_record_of_an_unknown_or_a_second_type_costs_nothing_but_itself(tmp_pa
     assert box.write([], now=1.0) == 0
 
 
+def test_the_newest_run_is_the_last_beside_one_that_somebody_has_copied(tmp_path):
+    for name in ("run_000041_2026", "run_9_kept", "run_1000000_2026"):
+        (tmp_path / name).mkdir()
+    runs = [BlackBox(tmp_path).folder for _ in range(2)]
+    assert runs_in(tmp_path)[-2:] == runs
+
+
 def test_what_is_no_run_of_the_recorder_stays_alone(tmp_path, monkeypatch):
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "elsewhere/kept").touch()

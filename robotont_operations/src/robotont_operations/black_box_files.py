@@ -98,8 +98,9 @@ class BlackBox:
 
 def runs_in(folder):
     """Folders of the recorder's runs, the oldest first; links and files of such names are not its own."""
-    return sorted(path for path in Path(folder).glob("run_*_*")
-                  if re.match("run_[0-9]+_", path.name) and path.is_dir() and not path.is_symlink())
+    found = [path for path in Path(folder).glob("run_*_*")
+             if re.match("run_[0-9]+_", path.name) and path.is_dir() and not path.is_symlink()]
+    return sorted(found, key=lambda path: (int(path.name.split("_")[1]), path.name))
 
 
 def bags_of(run):

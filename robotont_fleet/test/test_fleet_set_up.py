@@ -59,6 +59,8 @@ def test_passwords_of_any_content_are_read_or_refused_with_words(tmp_path, conte
     ("- 1", b"", r"found \[1\], allowed"), ("\xff", b"", "allowed"),
     ("image: a.pgm\nresolution: 0.1\norigin: 3\n", b"P5\n1 1\n255\n0", "allowed: a map of map_server"),
     ("image: a.pgm\nresolution: 0.1\norigin: [0, 0, 1]\n", b"P5\n1 1\n255\n0", "found a turned map"),
+    ("image: a.pgm\nresolution: 0.1\norigin: [.inf, 0, 0]\n", b"P5\n1 1\n255\n0", "without a resolution or a place"),
+    ("image: a.pgm\nresolution: 1.0e+308\norigin: [0, 0, 0]\n", b"P5\n9 9\n255\n" + bytes(81), "without a resolution"),
     ("image: a.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n", b"P5\n100000 100000\n255\n0", "allowed"),
     ("image: .\n", b"", "it is no file")])
 def test_a_map_that_is_none_is_refused_with_words(tmp_path, yaml, image, words):

@@ -26,7 +26,7 @@ from robotont_driver.parameters.yaml_file import read_mapping
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet_server import FleetServer
 from robotont_fleet.known_robots import Fleet
-from robotont_fleet.messages import NONE, read_state
+from robotont_fleet.messages import NONE, number, read_state
 from robotont_fleet.zenoh_setup import (
     ABSENT,
     add_users,
@@ -72,8 +72,8 @@ def read_ground(path):
         picture = Image.open(io.BytesIO(read_file(image, LARGEST_IMAGE))).convert("L")
         x, y, yaw = map(float, described["origin"])
         scale = float(described["resolution"])
-        if yaw or not scale > 0:
-            raise ValueError("found a turned map, or one without a resolution")
+        if yaw or not scale > 0 or None in map(number, (x, y, scale)):
+            raise ValueError("found a turned map, or one without a resolution or a place")
     except KeyError as error:
         raise SetUpError(f"--map {path}: found no {error}, allowed: {allowed}") from None
     except (OSError, ValueError, TypeError, Image.DecompressionBombError) as error:
@@ -172,8 +172,8 @@ async def serve(options, session):
     """Serve the page until a signal ends it. Raises SetUpError."""
     loop = asyncio.get_running_loop()
     ended = asyncio.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, ended.set)
+    for one in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(one, ended.set)
     address = "0.0.0.0" if options.network else "127.0.0.1"
     access = make_access(address, str(ros_home() / "robotont_fleet_token"), "robotont_fleet")
     ground = read_ground(options.map) if options.map else None

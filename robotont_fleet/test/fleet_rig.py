@@ -135,11 +135,6 @@ class RobotRig:
         return min(heard[newest][0] + COMMAND_TIMEOUT, *(when for when, _ in heard[newest + 1:]), time.monotonic())
 
 
-def memory(pid):
-    """[MiB] resident."""
-    return int(Path(f"/proc/{pid}/smaps_rollup").read_text().split("\nRss:")[1].split()[0]) / 1024
-
-
 def watch_stop(rig, reached):
     """[s] of each robot from when it could be reached until its wheels stood, once the page says so of all.
 

@@ -9,7 +9,7 @@ import threading
 import time
 
 import pytest
-from fleet_rig import PATIENCE, STATE, Rig, memory, watch_stop
+from fleet_rig import PATIENCE, STATE, Rig, watch_stop
 
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.zenoh_setup import zenoh
@@ -94,8 +94,6 @@ def test_every_robot_stands_as_soon_as_it_can_be_reached(rig, press):
     for _ in range(PRESSES):
         rig.release()
         took += watch_stop(rig, press(rig, chance))
-    print(f"\n{press.__name__}, {PRESSES} times {len(rig.robots)} robots: median {percentile(took, 0.5):.3f} s, p99 "
-          f"{percentile(took, 0.99):.3f} s after it could be reached")
     assert percentile(took, 0.99) <= 0.5
 
 
@@ -119,7 +117,7 @@ def test_who_joins_or_is_let_go_beside_stands_again_and_a_release_is_for_all_but
     robot.release()
 
 
-def test_garbage_from_the_network_neither_delays_a_stop_nor_fills_memory(rig):
+def test_garbage_from_the_network_does_not_delay_a_stop(rig):
     """As much as there is room for, on the keys of a robot's orders and of its states."""
     flood = f"""import json, os, itertools
 from robotont_fleet.zenoh_setup import client_settings, open_session
@@ -133,16 +131,11 @@ for number in itertools.count():
     rig.stop(robot.fleet_node)
     robot.start_fleet_node(rig.router_port)
     wait_for(lambda: rig.seen("r1"), "r1, without a proxy that would fill up")
-    before = [memory(process.pid) for process in (robot.fleet_node, rig.page)]
     flooding = rig.start(sys.executable, "-c", flood)
     time.sleep(FLOOD)
     began = time.monotonic()
     rig.order(kind="stop")
     wait_for(lambda: not any(one.drives for one in rig.robots.values()), "all wheels' zeros", period=0.001)
-    took = time.monotonic() - began
-    after = [memory(process.pid) for process in (robot.fleet_node, rig.page)]
+    assert time.monotonic() - began < 0.5
     rig.stop(flooding, signal.SIGKILL)
-    print(f"\nSTOP ALL in a flood: {1000 * took:.0f} ms; fleet_node, page: {before} -> {after} MiB")
-    assert took < 0.5
-    assert max(now - was for now, was in zip(after, before)) < 64.0
     wait_for(lambda: len(rig.stop_state()["stand"]) == len(NAMES), "the confirmations")

@@ -1,15 +1,13 @@
-"""What a fleet is set up with: keys, names, passwords, maps, ports; and its metrics. Without a network."""
+"""What a fleet is set up with: keys, names, passwords, maps, ports. Without a network."""
 
 import re
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from prometheus_client.parser import text_string_to_metric_families
 
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet_page import arguments, read_ground
 from robotont_fleet.zenoh_setup import add_users, read_users, router_settings
-from robotont_teleop.web.metrics import metrics
 from robotont_teleop.web.page_setup import SetUpError
 
 
@@ -55,8 +53,7 @@ def test_passwords_of_any_content_are_read_or_refused_with_words(tmp_path, conte
 
 
 @pytest.mark.parametrize("yaml, image, words", [
-    ("image: a.pgm\n", b"", "[Errno 22]|cannot identify|allowed"), ("resolution: 1\n", b"", "found no 'image'"),
-    ("- 1", b"", r"found \[1\], allowed"), ("\xff", b"", "allowed"),
+    ("image: a.pgm\n", b"", "cannot identify|allowed"), ("resolution: 1\n", b"", "found no 'image'"),
     ("image: a.pgm\nresolution: 0.1\norigin: 3\n", b"P5\n1 1\n255\n0", "allowed: a map of map_server"),
     ("image: a.pgm\nresolution: 0.1\norigin: [0, 0, 1]\n", b"P5\n1 1\n255\n0", "found a turned map"),
     ("image: a.pgm\nresolution: 0.1\norigin: [.inf, 0, 0]\n", b"P5\n1 1\n255\n0", "without a resolution or a place"),
@@ -72,22 +69,9 @@ def test_a_map_that_is_none_is_refused_with_words(tmp_path, yaml, image, words):
     assert re.search(words, str(raised.value))
 
 
-def test_metrics_are_read_by_prometheus_own_parser():
-    text = metrics([{"name": "r1", "id": "a", "up": True, "age": None}, {"name": "r2", "up": False, "age": 0.5}],
-                   {"r1": {'a "task"\n': {"level": 2}}, "r2": {"half \ud800": {"n": 3}}}).decode()
-    found = {family.name: [(*map(one.labels.get, ("robot", "id", "task", "key")), one.value) for one in family.samples]
-             for family in text_string_to_metric_families(text)}
-    assert found["robotont_up"] == [("r1", "a", None, None, 1.0), ("r2", "", None, None, 0.0)]
-    assert found["robotont_state_age_seconds"] == [("r2", "", None, None, 0.5)]
-    assert found["robotont_diagnostic"] == [("r1", None, 'a "task"\n', "level", 2.0), ("r2", None, "half ?", "n", 3.0)]
-
-
-@pytest.mark.parametrize("words, found", [
-    (["--port", "65536"], "--port: found '65536', allowed: 0 to 65535"),
-    (["--router-port", "-1"], "expected one argument|found '-1'")])
-def test_a_port_that_is_none_is_refused(words, found, capsys):
-    """A larger one is taken for another: the page of port 99999999 was at 57599."""
+def test_a_port_that_is_none_is_refused(capsys):
+    """It would be taken for another: the page of port 99999999 was at 57599."""
     with pytest.raises(SystemExit):
-        arguments(words)
-    assert re.search(found, capsys.readouterr().err)
+        arguments(["--port", "65536"])
+    assert "--port: found '65536', allowed: 0 to 65535" in capsys.readouterr().err
     assert arguments(["--port", "0"]).port == 0

@@ -264,9 +264,6 @@ def test_of_orders_that_wait_the_newest_of_each_kind_is_left_in_their_order():
     assert mailbox.take() == 84
 
 
-GOAL = {"kind": "goal", "name": "r1", "id": "a", "seen": 7, "x": 0.5, "y": -3}
-
-
 @pytest.fixture
 def node(monkeypatch):
     """A FleetNode without its threads; `now`: [s] of the clock that a suspended computer does not stop."""

@@ -28,7 +28,7 @@ class Served(LoopClient):
     def __init__(self, robots, token=None):
         super().__init__()
         self._robots, self._access = robots, Access(token, "robotont_fleet")
-        self.sent, self.states, self.there, self.complaint = [], {}, set(), ""
+        self.sent, self.states, self.there = [], {}, set()
 
     def __enter__(self):
         super().__enter__()

@@ -81,12 +81,6 @@ def test_the_run_that_is_advised_determines_most():
     assert next_run(calibrated(tracked_runs(SHIPPED, driven=drives(4))), unknowns, TAPE) is None
 
 
-def test_only_turns_determine_where_the_point_is():
-    runs = list(tracked_runs(SHIPPED))
-    assert calibration_runs.turns(runs)
-    assert not calibration_runs.turns(runs[4:])
-
-
 def test_every_wheel_may_have_a_radius_of_its_own():
     true = {**SHIPPED, "wheelRadius": [SHIPPED["wheelRadius"] * factor for factor in (1.01, 1.0, 0.985)]}
     found = calibrated(tracked_runs(true), NOISE, radius="each", angles="fixed")

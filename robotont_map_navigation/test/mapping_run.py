@@ -74,13 +74,9 @@ class Run(Simulated):
 
     def _look_around(self, side):
         """Stand for a while, then turn all the way round, to the left where side is 1."""
-        for _ in range(round(REST / PERIOD)):
-            self._drive(0.0, 0.0)
-        yaw, turned = self.pose()[2], 0.0
-        while turned < 2 * math.pi:
-            self._drive(0.0, side * (0.1 + 2 * math.pi - turned))
-            step = math.remainder(self.pose()[2] - yaw, 2 * math.pi)
-            yaw, turned = yaw + step, turned + side * step
+        for turn, seconds in (0.0, REST), (side * TURN, 2 * math.pi / TURN):
+            for _ in range(round(seconds / PERIOD)):
+                self._drive(0.0, turn)
 
     def walls(self):
         """n x 2 [m], the middles of the map's occupied cells."""

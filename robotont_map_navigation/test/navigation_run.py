@@ -21,7 +21,6 @@ import numpy as np
 import rospy
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from robotont_description.geometry import robot_radius
@@ -88,8 +87,7 @@ class Run(Simulated):
             place.write_text(yaml.safe_dump(moved))
         super().__init__(master, "navigation.launch", f"robot:={robot}", f"world:={place}",
                          f"map:={ROOT}/config/maps/{world}.yaml", *arguments)
-        self.commands, self.reports = [], []
-        rospy.Subscriber("cmd_vel", Twist, self.commands.append)
+        self.reports = []
         rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics)
 
     def _on_diagnostics(self, message):
@@ -97,7 +95,7 @@ class Run(Simulated):
 
     def goto(self, x, y, yaw):
         """Run goto and wait for its end; the figures."""
-        for record in self.truth, self.commands, self.reports:
+        for record in self.truth, self.reports:
             record.clear()
         wait_for(lambda: self.truth and any("no map" not in report.message for report in self.reports),
                  "the simulator and its map", timeout=60)
@@ -119,7 +117,6 @@ class Run(Simulated):
             "unseen_m": round(sum(speed(message) for message in truth if abs(math.atan2(
                 message.twist.twist.linear.y, message.twist.twist.linear.x)) > HALF_A_VIEW) / TRUTH_RATE, 2),
             "fastest_m_s": round(max(map(speed, truth)), 3),
-            "stopped": self.commands[-1:] == [Twist()],
             "alarms": sorted({report.message for report in self.reports if report.level}),
         }
 

@@ -37,20 +37,13 @@ def figures_of(program, *arguments, timeout):
     return json.loads(result.stdout.splitlines()[-1])
 
 
-PARAM_VALUE = loader.Loader.param_value
-
-
-@lru_cache(maxsize=None)
-def value_of(*given):
-    """A parameter's, as roslaunch has it, once for each command: navigation.launch has nine. All counts as there."""
-    return "true" if "/require " in (given[-1] or "") else PARAM_VALUE(None, *given)
-
-
 @lru_cache(maxsize=None)
 def read_launch(file, *arguments):
     """(nodes, parameters) of a launch file: arguments and values by full name. The navigation stack may be missing."""
+    value_of = loader.Loader.param_value
     # only while it reads: other tests of this process want commands run
-    with mock.patch.object(loader.Loader, "param_value", lambda _, *given: value_of(*given)):
+    with mock.patch.object(loader.Loader, "param_value", lambda *given: "true" if "/require " in (given[-1] or "")
+                           else value_of(*given)):
         config = load_config_default([(str(places.launch(file)), list(arguments))], None)
     return ({node.namespace + node.name: node.args for node in config.nodes},
             {name: parameter.value for name, parameter in config.params.items()})
@@ -65,6 +58,5 @@ def running():
         def run(parameters):
             server.setParam("/test", "/", parameters)
             read_launch.cache_clear()
-            value_of.cache_clear()
         run(SHIPPED)
         yield run

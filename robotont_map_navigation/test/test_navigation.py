@@ -27,7 +27,6 @@ def drive(*arguments):
         assert each["error_m"] < ERROR, each
         assert each["error_rad"] < 0.1, each
         assert each["clearance_m"] > 0.05, each
-        assert each["stopped"], each
     return figures
 
 

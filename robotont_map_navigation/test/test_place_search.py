@@ -1,7 +1,6 @@
 """A robot that has looked all around is found, and a place that looks like another one is told."""
 
 import math
-import random
 
 import numpy as np
 import pytest
@@ -15,13 +14,12 @@ from robotont_map_navigation.floor_map import FloorMap
 from robotont_map_navigation.goal import Status
 from robotont_map_navigation.scan_fit import search
 
-SIZE = 5.0, 4.0  # [m] of the room, inside its walls of a cell each
 CLEARANCE = 0.1
 STEPS = np.arange(0.0, 7.0, 0.01)  # [m] of each ray, through the whole room: with less, places in the open look alike
 
 
 def room(*walls):
-    """A FloorMap of a room, turned by 0.4 rad; walls: (first row, last row, column), all in cells, inside it."""
+    """A FloorMap of a room of 5 m x 4 m, turned by 0.4 rad; walls: (first row, last row, column) of cells inside it."""
     cells = walled(82, 102)
     for first, last, column in walls:
         cells[first:last, column] = 100
@@ -35,15 +33,10 @@ def look(floor_map, pose):
     return ways * STEPS[floor_map.are_near_walls((x, y), 0.01).argmax(axis=1)], np.zeros((2, 0))
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 20))])
-def test_a_robot_in_a_room_with_a_wall_in_it_is_found_whatever_wrong_pose_is_believed(seed):
+@pytest.mark.parametrize("inside", [(1.6, 1.5, 0.3), (4.2, 0.6, -2.8), (0.6, 3.4, 1.5)])
+def test_a_robot_in_a_room_with_a_wall_in_it_is_found_whatever_wrong_pose_is_believed(inside):
     floor_map = room((0, 30, 35))
-    draw = random.Random(seed)
-    while True:
-        inside = draw.uniform(0.3, SIZE[0] - 0.3), draw.uniform(0.3, SIZE[1] - 0.3), draw.uniform(-math.pi, math.pi)
-        pose = compose(floor_map.origin, inside)
-        if floor_map.clearance(pose[:2]) > 0.3:
-            break
+    pose = compose(floor_map.origin, inside)
     seen = look(floor_map, pose)
     for believed in (None, compose(pose, (1.0, 0.5, 2.0))):
         first, *others = search(floor_map, seen, CLEARANCE, believed)

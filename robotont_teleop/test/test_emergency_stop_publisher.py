@@ -109,32 +109,15 @@ def test_a_release_tells_which_presses_its_person_has_seen_and_ends_no_newer_one
     assert bus.pressed == [Bool(True)] * 3, "what was carried out all the same is pressed again"
 
 
-class HungOnce:
-    """A ServiceProxy whose first call is answered when it is closed, and then late."""
-
-    first = None
-
-    def __init__(self, *_, **__):
-        self._closed = threading.Event()
-        self.close = self._closed.set
-
-    def wait_for_service(self, _timeout):
-        pass
-
-    def __call__(self, _request):
-        if HungOnce.first is None:
-            HungOnce.first = self
-            self._closed.wait()
-        return TriggerResponse(True, "now")
-
-
 def test_a_call_without_an_answer_ends_and_holds_up_none_behind_it(monkeypatch):
+    closed, answer = threading.Event(), TriggerResponse(True, "now")
+    hung = Mock(side_effect=lambda _request: closed.wait() and answer, close=closed.set)  # answers late
     monkeypatch.setattr(service_request, "LONGEST", 0.5)
-    monkeypatch.setattr(rospy, "ServiceProxy", HungOnce)
+    monkeypatch.setattr(rospy, "ServiceProxy", Mock(side_effect=[hung, Mock(return_value=answer)]))
     answers, before = [], threading.active_count()
     request = ServiceRequest("give_back", "give back", answers.append)
     request.call()
-    wait_for(lambda: HungOnce.first, "the first call")
+    wait_for(lambda: hung.called, "the first call")
     request.call()
     wait_for(lambda: answers == ["give back: now"], "the answer to the second", timeout=0.4)
     wait_for(lambda: answers[1:] == ["give back: no answer within 0.5 s: ask again"], "the end of the first")

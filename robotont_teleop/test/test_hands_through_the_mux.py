@@ -29,20 +29,15 @@ rospy.spin()
 """
 
 
-def make_package(folder, name, program, text):
-    (folder / name).mkdir()
-    (folder / name / "package.xml").write_text(f"<package><name>{name}</name></package>")
-    file = folder / name / program
-    file.write_text("#!/usr/bin/env python3\n" + text)
-    file.chmod(0o755)
-
-
 @in_own_process
 def test_the_hands_first():
     """Other tests have the robot first."""
     with Master() as master, Client(free_port()) as client:
-        make_package(master.folder, "joy", "joy_node", JOY)
-        make_package(master.folder, "teleop_twist_joy", "teleop_node", TWIST)
+        for name, program, text in (("joy", "joy_node", JOY), ("teleop_twist_joy", "teleop_node", TWIST)):
+            (master.folder / name).mkdir()
+            (master.folder / name / "package.xml").write_text(f"<package><name>{name}</name></package>")
+            (master.folder / name / program).write_text("#!/usr/bin/env python3\n" + text)
+            (master.folder / name / program).chmod(0o755)
         os.environ["ROS_PACKAGE_PATH"] = f"{master.folder}:{os.environ['ROS_PACKAGE_PATH']}"
         rospy.init_node("hands", disable_signals=True)
         senders, hands = set(), set()
@@ -61,7 +56,8 @@ def test_the_hands_first():
                 stick.publish(axes=[0, next(positions), 0, 0], buttons=[0, 0, 0, 0, 1, 0, 0, 0])
                 return len(hands) == 3 and senders
             wait_for(each_has_driven, "all three hands", 60.0, period=0.1)
-            publishers, _, _ = rosgraph.Master("/test").getSystemState()
+            publishers, subscribers, _ = rosgraph.Master("/test").getSystemState()
+            assert "/joy/live" in dict(subscribers), "a stick out of reach drives on"
             assert senders | set(dict(publishers)["/cmd_vel"]) == {"/cmd_vel_mux"}
         finally:
             keys.end()

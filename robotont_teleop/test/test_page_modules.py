@@ -69,8 +69,6 @@ def test_each_key_has_words_in_the_product_that_it_knows():
 
 @pytest.mark.parametrize("task, words, key", [
     ("robot1/serial_com_node: link", "/dev/ttyACM0: no packet for 5 s; is the board plugged in?", "board_silent"),
-    ("serial_com_node: board", "100 packets come per second instead of 50 (pidControlFrequency): another robot's "
-     "board, other firmware, or most of its lines are lost; not driven", "board_unknown"),
     ("serial_com_node: board", OLD, "board_unknown"),
     ("serial_com_node: board", "the battery is low at 9.9 V: charge it", "battery_low"),
     ("serial_com_node: link", "60 packets come per second instead of 50 (pidControlFrequency)", "wrong_rate"),

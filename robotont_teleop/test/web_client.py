@@ -31,7 +31,7 @@ class NotedRobot:
     def __init__(self):
         self.sent = []
         self.orders = []
-        self.told = {}  # what differs of its state and status
+        self.told = {}  # what differs, of its state and of its status
         self.emergency_stop = SimpleNamespace(press=self._press, release=self._release, pressed=False, pressed_at=0.0)
 
     def send(self, twist):
@@ -59,19 +59,16 @@ class NotedRobot:
         return any(twist != STOP for twist in self.sent)
 
     def state(self):
-        return self._told({"pose": [0.0, 0.0, 0.0], "velocity": None, "driven_by": "nobody", "mover": ["nobody", ""],
-                           "stopped": self.stopped, "stop_waits": False, "pressed_here": self.stopped, "heard": True})
+        return {"pose": [0.0, 0.0, 0.0], "velocity": None, "driven_by": "nobody", "mover": ["nobody", ""],
+                "stopped": self.stopped, "stop_waits": False, "pressed_here": self.stopped, "heard": True, **self.told}
 
     def figures(self):
         return [{"name": "r1", "up": True, "age": None}], {"r1": {"link": {"level": 0}}}
 
     def status(self):
-        return self._told({"frame": "odom", "lights": [], "board": "", "battery": None, "radius": None, "near": [],
-                           "map": None, "scan": None, "camera": False, "navigation": False, "goal": None,
-                           "note": {"number": 0, "words": ""}})
-
-    def _told(self, usual):
-        return {name: self.told.get(name, value) for name, value in usual.items()}
+        return {"frame": "odom", "lights": [], "board": "", "battery": None, "radius": None, "near": [], "map": None,
+                "scan": None, "camera": False, "navigation": False, "goal": None, "note": {"number": 0, "words": ""},
+                **self.told}
 
 
 class Client(LoopClient):

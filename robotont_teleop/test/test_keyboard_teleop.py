@@ -40,7 +40,7 @@ class Keys(Bus):
     def type(self, text="", after=0.05):
         """Keys come, and it looks; the newest command."""
         self.now += after
-        os.write(self._keyboard, text.encode())
+        os.write(self._keyboard, text.encode("utf-8", "surrogateescape"))
         with waiting_for_nobody():
             for key in self.node._read():
                 self.node._take(key)
@@ -125,6 +125,13 @@ def test_space_is_the_emergency_stop_and_that_of_others_lets_go_of_the_keys_too(
         keys.settle()
         assert keys.type() == STOP
     assert keys.sent["emergency_stop"] == [Bool(True), Bool(False)]
+
+
+@pytest.mark.parametrize("blank", ["\0", "\xa0", "\udca0", "\u3000", "\x1b[\xa0"])
+def test_space_stops_whatever_key_is_held_with_it_and_in_other_encodings(keys, blank):
+    assert keys.type("w") != STOP
+    assert keys.type(blank) == STOP
+    assert keys.sent["emergency_stop"] == [Bool(True)]
 
 
 def test_of_keys_that_came_while_it_was_held_up_the_stop_alone_counts(keys):

@@ -97,7 +97,7 @@ class KeyboardTeleop:
         data = os.read(self._terminal, MOST_WAITING)
         if not data:
             raise OSError("end of the terminal")
-        keys, self._rest = split_keys(self._rest + data.decode("ascii", "replace"))
+        keys, self._rest = split_keys(self._rest + data.decode("utf-8", "surrogateescape"))
         return keys_of_now(keys, settled)
 
     def _take(self, key):

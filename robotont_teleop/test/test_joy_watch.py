@@ -80,6 +80,20 @@ def test_what_one_of_two_pads_tells_is_no_sign_of_the_other(watch):
     assert len(watch.presses) == 2, "one of who has not said his name, as other publishers than ROS' own may do"
 
 
+def test_a_pad_whose_node_has_ended_is_out_of_reach_no_more(watch):
+    for _ in range(40):
+        watch.pad(0.5, DEAD_MAN, sender="/ended")
+    assert "out of reach" in watch.says()
+    for number in range(50):
+        watch.pad(number / 50, DEAD_MAN)
+    assert watch.says() == "a gamepad"
+
+
+def test_an_axis_that_is_no_number_is_no_sign_of_life(watch):
+    drove = [watch.pad(0.5, DEAD_MAN), *(watch.pad(float("nan"), DEAD_MAN) for _ in range(60))]
+    assert drove[-1] == 0.0
+
+
 def test_what_a_pad_tells_at_the_start_may_be_from_long_ago(watch):
     assert watch.pad(0.5, DEAD_MAN) == 0.0
     assert watch.pad(0.5, DEAD_MAN) == 0.0

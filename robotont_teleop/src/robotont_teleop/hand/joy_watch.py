@@ -57,7 +57,7 @@ class JoyWatch:
         self._parameters = parameters
         self._pads = {}           # StillPad by sender: what one of two tells is no sign of the other
         self._down = {}           # buttons of the newest message, by sender
-        self._gone = set()        # senders that may be out of reach
+        self._gone = {}           # senders of pads that may be out of reach, and when they were heard [s]
         self._gaps = Gaps(SILENCE, boot_time())  # of this process, behind which a release may be old
         self._heard = None
         self._stop = EmergencyStopPublisher()
@@ -73,7 +73,7 @@ class JoyWatch:
         both = {given["release_button"], given["dead_man_button"]}
         pressed, self._down[sender] = down - self._down.get(sender, both), down  # both down at first ask nothing
         pad = self._pads.setdefault(sender, StillPad(given["longest_still"]))
-        there = pad.hear((message.axes, message.buttons), now)
+        there = pad.hear(repr((message.axes, message.buttons)), now)  # as text, for a NaN is like no other
         settled = self._gaps.settled(now)
         if given["stop_button"] in pressed:
             self._stop.press()
@@ -83,7 +83,8 @@ class JoyWatch:
             else:
                 rospy.logwarn("not released: nothing was heard of the gamepad for a while; ask again")
         before = bool(self._gone)
-        (self._gone.add if down and not there else self._gone.discard)(sender)
+        self._gone[sender] = now if down and not there else -math.inf
+        self._gone = {one: at for one, at in self._gone.items() if now - at < SILENT}  # of one that has ended: no more
         if not there:
             message.axes, message.buttons = [0.0] * len(message.axes), [0] * len(message.buttons)
         self._live.publish(message)

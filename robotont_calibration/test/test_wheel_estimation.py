@@ -23,10 +23,10 @@ TRUE = true_of(SHIPPED, *OFF)
 
 
 def errors_of(found, true):
-    """What is wrong with a calibration: shares of radius and distance, angles [rad]."""
-    return np.array([found.parameters["wheelRadius"] / true["wheelRadius"] - 1,
-                     found.parameters["wheelDistanceFromCenter"] / true["wheelDistanceFromCenter"] - 1,
-                     *np.subtract(found.parameters["wheelRads"], true["wheelRads"])])
+    """What is wrong with a calibration: shares of the radius and of the largest distance, angles [rad]."""
+    lengths = [np.max(np.divide(found.parameters[key], true[key])) - 1
+               for key in ("wheelRadius", "wheelDistanceFromCenter")]
+    return np.array([*lengths, *np.subtract(found.parameters["wheelRads"], true["wheelRads"])])
 
 
 def calibrated(runs, noise=0.003, wrong=SHIPPED, **free):
@@ -37,11 +37,9 @@ def calibrated(runs, noise=0.003, wrong=SHIPPED, **free):
 def test_wrong_parameters_are_recovered(wrong):
     true = true_of(wrong, *OFF)
     found = calibrated(tracked_runs(true), NOISE, wrong)
-    radius = found.parameters["wheelRadius"] / true["wheelRadius"] - 1
-    distance = np.max(np.divide(found.parameters["wheelDistanceFromCenter"], true["wheelDistanceFromCenter"]) - 1)
-    angles = np.degrees(np.subtract(found.parameters["wheelRads"], true["wheelRads"]))
-    assert max(abs(radius), abs(distance)) < 0.002
-    assert np.abs(angles).max() < 0.1
+    lengths, angles = np.split(np.abs(errors_of(found, true)), [2])
+    assert lengths.max() < 0.002
+    assert angles.max() < math.radians(0.1)
     assert found.undetermined == ()
     assert found.wheel_noise == pytest.approx(NOISE, rel=0.3)
 

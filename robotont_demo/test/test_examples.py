@@ -102,28 +102,23 @@ def test_keep_distance_follows_from_what_is_ahead_alone(ahead, beside, speed, fi
     assert Drive("keep_distance", PERIOD, scan).commands[1].linear.x == pytest.approx(speed)
 
 
-def plot_bag(file):
-    return subprocess.run([sys.executable, str(EXAMPLES / "plot_bag.py"), str(file)], check=False, text=True,
-                          capture_output=True)
-
-
-def test_plot_bag_makes_a_picture_of_a_bag(tmp_path):
+def test_plot_bag_makes_a_picture_of_a_bag_and_tells_what_is_no_whole_one_without_a_traceback(tmp_path):
+    def plot_bag(name):
+        return subprocess.run([sys.executable, str(EXAMPLES / "plot_bag.py"), str(tmp_path / name)], check=False,
+                              text=True, capture_output=True)
     with Bag(str(tmp_path / "square.bag"), "w") as bag:
         for step in range(3):
             message = Odometry()
             message.pose.pose.position.x = float(step)
             bag.write("odom", message)
-    result = plot_bag(tmp_path / "square.bag")
+    result = plot_bag("square.bag")
     assert result.stdout.startswith("3 poses: "), result.stderr
     assert (tmp_path / "square.png").stat().st_size > 1000
-
-
-def test_plot_bag_tells_what_is_no_whole_bag_without_a_traceback(tmp_path):
     (tmp_path / "cut.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(100))
     with Bag(str(tmp_path / "other.bag"), "w") as bag:
         bag.write("ground_truth/odom", Odometry())
     for name in ("cut.bag", "none.bag", "other.bag"):
-        result = plot_bag(tmp_path / name)
+        result = plot_bag(name)
         assert result.returncode == 2
         assert "Traceback" not in result.stderr
         assert name in result.stderr.splitlines()[-1]

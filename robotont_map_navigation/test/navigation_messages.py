@@ -57,21 +57,24 @@ def transform(child, x, y, yaw=0.0):
 class Bus:
     """Stands in for rospy's topics and parameters, without a master, and for time, which passes while somebody sleeps.
 
-    sent: messages by topic; now: [s].
+    sent: messages by topic; latched: topics whose newest message those hear who come late; now: [s].
     """
 
     def __init__(self, monkeypatch):
-        self.now, self.sent, self._listeners = 100.0, defaultdict(list), defaultdict(list)
+        self.now, self.sent, self._listeners, self.latched = 100.0, defaultdict(list), defaultdict(list), set()
         self._due = sched.scheduler(lambda: self.now, lambda _: None)
         for owner, name, stand_in in (
                 (rospy, "Subscriber", lambda topic, _, callback, **__: self._listeners[topic].append(callback)),
-                (rospy, "Publisher", lambda topic, *_, **__: SimpleNamespace(
-                    publish=lambda message: self.publish(topic, message), get_num_connections=lambda: 1)),
+                (rospy, "Publisher", self._publisher),
                 (rospy, "get_namespace", lambda: "/"), (rospy, "get_rostime", lambda: rospy.Time.now()),
                 (rospy, "get_param", lambda name, default: 0.16 if "radius" in name else default),
                 (rospy.Time, "now", lambda: rospy.Time.from_sec(self.now)),
                 (time, "monotonic", lambda: self.now), (time, "sleep", self.sleep)):
             monkeypatch.setattr(owner, name, stand_in)
+
+    def _publisher(self, topic, *_, latch=False, **__):
+        self.latched |= {topic} if latch else set()
+        return SimpleNamespace(publish=lambda message: self.publish(topic, message), get_num_connections=lambda: 1)
 
     def sleep(self, seconds):
         """Let time pass, with what was put off until then."""

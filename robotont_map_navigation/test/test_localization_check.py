@@ -93,6 +93,10 @@ def test_a_pose_that_slides_away_is_wrong_even_when_it_fits_then(monitor):
     assert found[1].startswith("the map explains 76%")
 
 
+def test_who_comes_late_hears_the_maps_and_what_is_wrong(monitor):
+    assert monitor.latched == {"map_for_amcl", "map_for_planning", "navigation/held", "localization/trouble"}
+
+
 def test_transforms_that_are_late_for_a_moment_are_no_fault(monitor):
     says(monitor.look(), WELL)
     monitor.places.clear()

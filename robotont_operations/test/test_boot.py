@@ -114,12 +114,6 @@ def come(robot, condition, what):
         raise AssertionError(f"{error}\n{robot.journal()}") from None
 
 
-@pytest.mark.nightly
-def test_boot_without_network_to_the_first_odometry(robot):
-    first = come(robot, robot.recorded_odometry, "odometry")[0]
-    assert first - float((robot.shared / "booted").read_text()) <= 10.0, robot.journal()
-
-
 @pytest.mark.parametrize("victim, number", [(MASTER, signal.SIGTERM), (r"roslaunch\0.*robot\.launch", signal.SIGKILL)])
 def test_a_service_that_is_killed_comes_back_with_those_that_need_it(robot, victim, number):
     """Odometry, and a black box that records it, as the master of now knows them."""

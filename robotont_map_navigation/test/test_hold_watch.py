@@ -143,10 +143,10 @@ def drive(name, seed, mass, seconds):
     return record
 
 
-def arrivals(record, draw, jitter=0.0, burst=1, line=1, stall=0.0, stalled=("commands", "odometry")):
+def arrivals(record, draw, jitter=0.0, line=1, stall=0.0, stalled=("commands", "odometry")):
     """[(time of arrival, what, stamp, twist)], as the monitor gets them.
 
-    jitter: [s] at most; burst: packets that come together; line: periods in a packet; stall: [s] again and again in
+    jitter: [s] at most, behind which packets come together; line: periods in a packet; stall: [s] again and again in
     which those that are `stalled` do not come, and of which the newest counts.
     """
     begins = list(itertools.accumulate([stall + draw.uniform(0.3, 3.0) for _ in record])) if stall else []
@@ -158,9 +158,8 @@ def arrivals(record, draw, jitter=0.0, burst=1, line=1, stall=0.0, stalled=("com
              for packet in packets]
     news = {(late(time, "commands"), "commands"): (time, twist) for time, twist, _ in record}
     last = 0.0
-    for number, (stamp, twist) in enumerate(means):
-        carried = means[min(number // burst * burst + burst, len(means)) - 1][0]
-        last = max(last + 1e-5, late(carried + draw.uniform(0.003, 0.003 + jitter), "odometry"))
+    for stamp, twist in means:
+        last = max(last + 1e-5, late(stamp + draw.uniform(0.003, 0.003 + jitter), "odometry"))
         news[last, "odometry"] = stamp, twist
     return sorted((time, what, *found) for (time, what), found in news.items())
 
@@ -172,7 +171,7 @@ LONG = [pytest.param(name, mass, 25.0, marks=pytest.mark.long) for name in FOLDE
 def test_no_goal_ends_in_a_drive_however_its_odometry_comes(name, mass, seconds):
     """A heavy robot that crawls may stand once: its wheels have to turn round first."""
     record = drive(name, 1, mass, seconds)
-    for way in ({}, {"jitter": 0.3}, {"burst": 17}, {"line": 5}, {"stall": 0.3}, {"stall": 0.3, "stalled": "odometry"}):
+    for way in ({}, {"jitter": 0.3}, {"line": 5}, {"stall": 0.3}, {"stall": 0.3, "stalled": "odometry"}):
         watch, stands = HoldWatch(0.15), []
         for time, what, stamp, twist in arrivals(record, random.Random(2), **way):
             if what == "commands":

@@ -16,7 +16,6 @@ from robotont_testing.robots import ROBOTONT2, SHIPPED, robot_folder
 pytestmark = pytest.mark.usefixtures("running")
 KNOWN = {section: set(names) for section, names in yaml.safe_load(
     (PACKAGE / "test" / "data" / "navigation_parameters.yaml").read_text()).items()}
-PLANNER = "dwa_local_planner/DWAPlannerROS"
 LAYERS = {"": "costmap_2d", "/static_layer": "costmap_2d::StaticLayer", "/obstacles": "costmap_2d::ObstacleLayer",
           "/obstacles/scan": "observation source",
           "/obstacles/felt": "observation source", "/inflation": "costmap_2d::InflationLayer"}
@@ -24,7 +23,7 @@ READERS = {  # where parameters stand: the section of KNOWN with those that are 
     "amcl": "amcl", "map_server": "map_server", "fake_localization": "fake_localization",
     "slam_gmapping": "gmapping", "depthimage_to_laserscan": "depthimage_to_laserscan",
     "move_base": "move_base", "move_base/NavfnROS": "navfn/NavfnROS",
-    "move_base/DWAPlannerROS": PLANNER,
+    "move_base/DWAPlannerROS": "dwa_local_planner/DWAPlannerROS",
     "move_base/forget_far_obstacles": "clear_costmap_recovery/ClearCostmapRecovery",
     "move_base/forget_all_but_near_obstacles": "clear_costmap_recovery/ClearCostmapRecovery",
     **{f"move_base/{costmap}_costmap{layer}": section for costmap in ("global", "local")
@@ -93,13 +92,6 @@ def test_every_parameter_is_one_that_its_node_reads():
     assert nodes <= {place.partition("/")[0] for place, _, _ in found}
     assert [f"{place}/{name}" for place, _, name in found
             if place.partition("/")[0] in nodes and name not in KNOWN.get(READERS.get(place), ())] == []
-
-
-def test_every_name_that_has_no_good_default_is_set():
-    """Defaults of the planner do not fit this robot: they must be overwritten, not forgotten."""
-    left_out = {"cheat_factor", "global_frame_id", "sum_scores"}  # only of the debugging cloud; how scores are added
-    _, found = read_launch("navigation.launch")
-    assert {name for name in KNOWN[PLANNER] if f"/move_base/DWAPlannerROS/{name}" not in found} == left_out
 
 
 def test_the_footprint_is_that_of_the_wheels_or_of_the_robot_that_runs(tmp_path, running):  # noqa: F811

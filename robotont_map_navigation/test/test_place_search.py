@@ -118,6 +118,7 @@ class Turning(Bus):
     def __init__(self, monkeypatch, floor_map, pose):
         super().__init__(monkeypatch)
         self.floor_map, self.pose, self.yaw, self.held = floor_map, pose, 1.0, False  # yaw: by its odometry
+        self.amcl = True
         monkeypatch.setattr(relocalize, "Frames", lambda: self)
         monkeypatch.setattr(relocalize, "floor_map_of", lambda _: floor_map)
 
@@ -132,7 +133,8 @@ class Turning(Bus):
         return transform("", 0.0, 0.0, stamp).transform
 
     def robot_in(self, frame):
-        return (0.0, 0.0, self.yaw) if frame == self.odometry else None
+        told = [pose_of(message.pose.pose) for message in self.sent["initialpose"] if self.amcl]
+        return (0.0, 0.0, self.yaw) if frame == self.odometry else told[-1] if told else None
 
 
 def test_relocalize_turns_the_robot_once_and_tells_amcl_where_it_is_unless_something_holds_it(monkeypatch):
@@ -151,6 +153,16 @@ def test_relocalize_turns_the_robot_once_and_tells_amcl_where_it_is_unless_somet
     assert (status, words[:23]) == (Status.GAVE_UP, "the robot does not turn")
     assert len(robot.sent["initialpose"]) == 1
     assert robot.sent["cmd_vel/navigation"][-1] == Twist()
+
+
+def test_a_place_that_was_found_is_told_as_such_only_when_amcl_has_taken_it(monkeypatch):
+    """navigation_monitor, and what records, hear the pose as well."""
+    robot = Turning(monkeypatch, room((0, 30, 35)), compose(room().origin, (1.6, 1.5, 0.3)))
+    robot.amcl = False
+    tool = relocalize.Relocalize()
+    robot.hear("map", OccupancyGrid())
+    status, words = tool.run()
+    assert (status, "is amcl alive?" in words) == (Status.NOT_THERE, True)
 
 
 def test_in_a_room_that_looks_alike_from_both_its_ends_relocalize_tells_amcl_nothing(monkeypatch):

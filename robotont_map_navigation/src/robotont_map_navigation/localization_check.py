@@ -45,7 +45,6 @@ class LocalizationCheck:
         self._new_pose = Newest("initialpose", PoseWithCovarianceStamped)  # where a person has said that the robot is
         self._laid = self._scan.came = time.monotonic()  # [s] when a scan was laid on the map, and when one came
         self._begin()
-        self._outside = ""       # why amcl's pose is none where a robot can be
         self._wrong = ""         # why the pose is wrong, as goto has been told
         self._report = OK, "", {}
         self._trouble = rospy.Publisher("localization/trouble", String, queue_size=1, latch=True)
@@ -57,6 +56,7 @@ class LocalizationCheck:
 
     def _begin(self):
         """What the scans have shown does not count any more."""
+        self._outside = ""       # why amcl's pose is none where a robot can be
         self._fits = deque(maxlen=LOOKS)
         self._poses = None       # (x, y, yaw) on the map, of the robot and of the odometry's frame, at the newest scan
         self._misfit_way = 0.0   # [m] driven with scans that did not fit, less that with those that did
@@ -69,12 +69,14 @@ class LocalizationCheck:
     def _look(self):
         """Compare the newest scan with the map, and tell what is found; returns the time to rest."""
         scan, self._scan.message = self._scan.message, None
-        if time.monotonic() < self._new_pose.came + SETTLING:
+        settling = time.monotonic() < self._new_pose.came + SETTLING
+        if settling:
             self._begin()
         elif scan and self.floor_map:
             self._compare(scan, self.floor_map)
         mean = Fit(*np.mean(self._fits, axis=0)) if self._fits else None
-        wrong = self._outside or (self._misfit(mean) if mean else self._wrong)  # where nothing is known: as it was
+        # where nothing is known: as it was, or as a person has set it
+        wrong = self._outside or (self._misfit(mean) if mean else "" if settling else self._wrong)
         level, words = self._describe(mean, wrong)
         if level != self._report[0]:
             (rospy.loginfo if level == OK else rospy.logwarn)("localization: %s", words)

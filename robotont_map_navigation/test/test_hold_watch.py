@@ -20,7 +20,7 @@ from robotont_map_navigation.held import FELT, FELT_AT, FREE, FRONT, LAG, STAND,
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing import places
-from robotont_testing.node_test import ERROR
+from robotont_testing.node_test import ERROR, OK
 
 sys.path.append(str(places.package("robotont_simulator") / "test"))
 from lockstep import LockstepRun
@@ -124,6 +124,10 @@ def test_what_holds_the_robot_ends_navigations_goals_and_a_new_one_tries_again(m
     assert not felt[-1].width, "a cloud of nothing: else costmaps would never forget the one before"
     monitor.hear("move_base/current_goal", PoseStamped())
     assert told[-1] == ""
+    drive("navigation", 3.0)
+    assert monitor.reports["motion"]()[0] == ERROR
+    drive("hand", 0.1)
+    assert (monitor.reports["motion"]()[:2], told[-1]) == ((OK, "as commanded"), "")
 
 
 def drive(name, seed, mass, seconds):

@@ -117,8 +117,11 @@ class Held:
     def _on_command(self, raw):
         with self._lock:
             drives = self._driver.message.data == "navigation"
-            self._command = _twist(Twist().deserialize(serialized(raw))) if drives else NOTHING
+            command = _twist(Twist().deserialize(serialized(raw))) if drives or self._words else NOTHING
+            self._command = command if drives else NOTHING
             self._watch.command(self._command, time.monotonic())
+        if command != self._command:  # somebody drives it away by hand: what has held it is past
+            self._tell("")
 
     def _on_odom(self, raw):
         if self._command == NOTHING:

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 import rospy
-from geometry_msgs.msg import PoseStamped, Twist, Vector3
+from geometry_msgs.msg import Point, Pose, PoseStamped, PoseWithCovariance, Quaternion, Twist, Vector3
 from nav_msgs.msg import Odometry
 from navigation_messages import Monitor
 from sensor_msgs import point_cloud2
@@ -128,6 +128,31 @@ def test_what_holds_the_robot_ends_navigations_goals_and_a_new_one_tries_again(m
     assert monitor.reports["motion"]()[0] == ERROR
     drive("hand", 0.1)
     assert (monitor.reports["motion"]()[:2], told[-1]) == ((OK, "as commanded"), "")
+
+
+def test_the_way_to_what_was_touched_is_barred_until_the_robot_has_left_it(monkeypatch):
+    """It slides along something ahead on its left, at half the speed; the contact lies where it does not get."""
+    monitor = Monitor(monkeypatch)
+    barred, felt = monitor.sent["navigation/barred"], monitor.sent["navigation/felt"]
+    monitor.hear("cmd_vel/driven_by", String("navigation"))
+
+    def drive(yaw=0.0, x=1.0, seconds=0.3):
+        pose = Pose(Point(x, 0.0, 0.0), Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
+        for _ in range(round(seconds / PERIOD)):
+            monitor.hear("cmd_vel/limited", Twist(Vector3(0.2, 0.0, 0.0), Vector3()))
+            odometry = Odometry(header=Header(stamp=rospy.Time.now()), pose=PoseWithCovariance(pose=pose))
+            odometry.twist.twist.linear = Vector3(0.06, -0.14, 0.0)
+            monitor.hear("odom", odometry)
+            monitor.sleep(PERIOD)
+        return barred and (barred[-1].x, barred[-1].y)
+    assert drive(seconds=0.1) == []
+    assert drive() == pytest.approx((math.sqrt(0.5), math.sqrt(0.5)))
+    x, y, _ = next(point_cloud2.read_points(felt[-1]))
+    assert math.atan2(y, x) == pytest.approx(math.pi / 4, abs=0.11)
+    assert drive(math.pi / 2) == pytest.approx((math.sqrt(0.5), -math.sqrt(0.5)))
+    known = len(barred)
+    drive(x=1.1, seconds=0.1)
+    assert len(barred) == known
 
 
 def drive(name, seed, mass, seconds):

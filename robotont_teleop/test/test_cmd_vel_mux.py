@@ -125,6 +125,11 @@ def test_straight_publishers_are_a_warning_only_beside_somebody_else(mux):
     mux.publishers["/cmd_vel"] = ["/node", "/square"]
     mux.look()
     assert mux.says("who drives")[0] == OK, "alone it disturbs nobody"
+    mux.publishers["/cmd_vel"] += ["/another"]
+    mux.look()
+    assert mux.says("who drives")[1].startswith("/another, /square also on cmd_vel")
+    mux.publishers["/cmd_vel"].pop()
+    mux.look()
     mux.drive("hand", *HAND)
     assert mux.says("who drives") == (WARN, "/square also on cmd_vel: commands mix (cmd_vel:=cmd_vel/default)")
     mux.connections["emergency_stop/pressed_by"] = 0
@@ -154,6 +159,19 @@ def test_navigation_stands_when_it_is_told_to_and_goes_on_by_itself(mux):
     while mux.drive("navigation", *NAVIGATION) == STOP:
         assert mux.drivers[-1] == "navigation"
     assert mux.now - begin == pytest.approx(0.5, abs=0.03)
+
+
+def test_navigation_has_no_part_in_a_barred_way_but_straight_on_and_only_while_that_is_told(mux):
+    for way in ((math.nan, 0.0), (10.0, 0.0)):  # senseless
+        mux.hear("navigation/barred", Vector3(*way, 0.0))
+        assert mux.drive("navigation", 0.1, 0.0, 1.0) == (0.1, 0.0, 1.0)
+    mux.hear("navigation/barred", Vector3(0.0, 1.0, 0.0))
+    for asked, sent in (((0.0, 0.1, -1.0), (0.0, 0.0, -1.0)), ((0.2, 0.1, 0.0), (0.2, 0.0, 0.0)),
+                        ((0.0, 0.2, 0.01), (0.0, 0.2, 0.01)), ((0.1, -0.2, 0.5), (0.1, -0.2, 0.5))):
+        assert mux.drive("navigation", *asked) == sent
+    assert mux.drive("hand", 0.1, 0.1, 1.0) == (0.1, 0.1, 1.0)
+    mux.look(3.0)
+    assert mux.drive("navigation", 0.0, 0.1, -1.0) == (0.0, 0.1, -1.0)
 
 
 SENSORS = [TransformStamped(Header(frame_id="base_link"), name, Transform(Vector3(*place), Quaternion(*turn)))

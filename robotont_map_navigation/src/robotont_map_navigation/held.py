@@ -1,5 +1,6 @@
 """Where something holds the robot, navigation stands, and then its goal ends: it must not push what it does not see."""
 
+import cmath
 import math
 import threading
 import time
@@ -8,12 +9,13 @@ from collections import deque
 import numpy as np
 import rospy
 from actionlib_msgs.msg import GoalID
-from geometry_msgs.msg import PoseStamped, Twist
+from geometry_msgs.msg import PoseStamped, Twist, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs import point_cloud2
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float32, Header, String
 
+from robotont_driver.kinematics.se2 import pose_of
 from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
 from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_driver.rospy_repairs.rospy_internals import serialized
@@ -35,6 +37,7 @@ FELT_AT = (0.0, 0.05), (0.06, 0.15)
 # [rad] from the direction of travel, where it may be: so little that a camera at the front sees past it, or no scan
 # would ever clear it
 FRONT = -0.1, 0.0, 0.1
+PASSED = 0.05, 5.0  # [m] driven, or [s] gone by, since a touch, after which nothing is barred any more
 PERIOD = 1.0  # [s] between two clouds: a costmap counts the age of what is felt up to the newest one, and forgets then
 
 
@@ -90,7 +93,8 @@ class HoldWatch:
 class Held:
     """Where the robot does not move as navigation commands, `navigation/stand` lets it stand for a moment.
 
-    `navigation/felt` tells the costmaps what it has touched, so that the next plan leads around it.
+    `navigation/felt` tells the costmaps what it has touched, so that the next plan leads around it, and
+    `navigation/barred` keeps it from leaning on that while it turns to go there.
     Where that happens again and again, every goal is cancelled; `navigation/held` tells why.
     """
 
@@ -102,8 +106,10 @@ class Held:
         # where there is no mux to tell it is navigation
         self._driver = Newest("cmd_vel/driven_by", String, String("navigation"), tcp_nodelay=True)
         self._words, self._command = "", NOTHING
+        self._touched = 0j, 0j, -math.inf  # where the robot was, and the way [unit vector], x + iy of odom; [s] when
         self._felt = rospy.Publisher("navigation/felt", PointCloud2, queue_size=1)
         self._stand = rospy.Publisher("navigation/stand", Float32, queue_size=1, tcp_nodelay=True)
+        self._barred = rospy.Publisher("navigation/barred", Vector3, queue_size=1, tcp_nodelay=True)
         self._told = rospy.Publisher("navigation/held", String, queue_size=1, latch=True)
         self._told.publish("")
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
@@ -130,21 +136,30 @@ class Held:
         with self._lock:
             now = time.monotonic()
             age = max(0.0, (rospy.Time.now() - message.header.stamp).to_sec())  # another computer's clock may be ahead
-            ahead = self._command
-            stand, words = self._watch.measure(_twist(message.twist.twist), now - age, now)
+            measured = _twist(message.twist.twist)
+            x, y, yaw = pose_of(message.pose.pose)
+            lost = complex(*np.subtract(self._command, measured)[:2])  # [m/s]: towards what holds the robot ...
+            lost *= abs(lost) > LEAST  # ... if it is not a turn that is held
+            stand, words = self._watch.measure(measured, now - age, now)
+        place, turned = complex(x, y), cmath.rect(1.0, yaw)
         if stand:
             self._stand.publish(STAND)
-            self._tell_costmaps(ahead)
+            self._touched = place, lost and lost / abs(lost) * turned, now
+            self._tell_costmaps(lost)
+        before, way, since = self._touched
+        if abs(place - before) < PASSED[0] and now - since < PASSED[1]:
+            way /= turned
+            self._barred.publish(Vector3(way.real, way.imag, 0.0))
         if words:
             rospy.logwarn("navigation ends its goal: %s", words)
             self._tell(words)  # first: who has sent the goal asks why it ended
             self._cancel.publish(GoalID())
 
-    def _tell_costmaps(self, ahead=NOTHING):
-        """Something is in the way of a twist, of a turn on the spot nobody knows where; returns the time to rest."""
-        bearing, edge = math.atan2(ahead[1], ahead[0]), self._edge
+    def _tell_costmaps(self, lost=0j):
+        """Something is in the way of the lost velocity, of a turn on the spot nobody knows where; the time to rest."""
+        bearing, edge = cmath.phase(lost), self._edge
         points = [((edge + off) * math.cos(bearing + side), (edge + off) * math.sin(bearing + side), height)
-                  for off, height in FELT_AT for side in FRONT if any(ahead[:2])]
+                  for off, height in FELT_AT for side in FRONT if lost]
         self._felt.publish(point_cloud2.create_cloud_xyz32(Header(0, rospy.Time.now(), self._frame), points))
         return PERIOD
 

@@ -7,7 +7,7 @@ from functools import partial
 import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalID
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, Vector3
 from std_msgs.msg import Float32, String
 from std_srvs.srv import Trigger, TriggerResponse
 
@@ -43,6 +43,8 @@ DEFAULT_TIMEOUT = 0.5    # [s] without a command of the default, after which the
 HELD = 1.0               # [s] for which it is told what was in the way
 LOOK_PERIOD = 0.02       # [s] between two looks at who has fallen silent, at most
 LONGEST_STAND = 2.0      # [s] for which navigation can be told to stand; more is a mistake
+BARRED = 1.0             # [s] for which a way is barred to navigation, when nothing more is heard of it
+LITTLE = 0.05            # [m/s], [rad/s] a command of which less is left asks to go there, not past
 PUBLISHERS_PERIOD = 2.0  # [s] between two looks at who else publishes cmd_vel
 
 
@@ -64,6 +66,7 @@ class CmdVelMux:
         self._driver = None
         self._others = ()  # who publishes on cmd_vel, past this mux
         self._pressed_by = ""  # who presses the emergency stop
+        self._barred = STOP, -math.inf  # unit vector on the robot, where navigation may not go; [s] of its message
         self._blind_speed = parameters["blind_speed"]
         self._guard = make_guard(self._blind_speed)  # None where it is off, or as long as there is no robot
         self._guard_worries = False
@@ -77,6 +80,7 @@ class CmdVelMux:
         heard += [rospy.Subscriber("cmd_vel/" + name, Twist, partial(self._on_command, name), queue_size=1,
                                    tcp_nodelay=True) for name in self._timeouts]
         rospy.Subscriber("navigation/stand", Float32, self._on_stand, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("navigation/barred", Vector3, self._on_barred, queue_size=1, tcp_nodelay=True)
         RepeatingThread(Reconnector(boot_time, [*heard, self._driver_node]).look)
         rospy.Service("~give_back", Trigger, self._on_give_back)
         RepeatingThread(self._look_for_others)
@@ -93,6 +97,8 @@ class CmdVelMux:
             if not self._arrivals.are_new(header, now) and twist != STOP:
                 self._outdated += 1
                 return
+            if name == "navigation" and now - self._barred[1] < BARRED:
+                twist = without(twist, self._barred[0])
             twists = self._arbiter.command(name, twist, now, header.get("callerid", ""))
             stopped_meanwhile = boot_time() - now >= self._timeouts[name]  # this process, since it has judged the age
             self._send([STOP] if stopped_meanwhile else twists)
@@ -116,6 +122,10 @@ class CmdVelMux:
         if 0.0 < message.data <= LONGEST_STAND:
             with self._lock:
                 self._send(self._arbiter.stand("navigation", message.data, boot_time()))
+
+    def _on_barred(self, message):
+        if math.hypot(message.x, message.y) < 1.01:
+            self._barred = (message.x, message.y), boot_time()
 
     def _on_give_back(self, _request):
         with self._lock:
@@ -196,7 +206,7 @@ class CmdVelMux:
             pressed_by = self._pressed_by if arbiter.locked else ""
         warnings = (
             pressed_by and f"emergency stop, pressed by {pressed_by}",
-            self._others and driver in self._timeouts and
+            self._others and (driver in self._timeouts or len(self._others) > 1) and
             f"{', '.join(self._others)} also on cmd_vel: commands mix (cmd_vel:=cmd_vel/default)",
             ignored and "ignored: " + "; ".join(ignored),
             refusal and "command refused: " + refusal,
@@ -217,6 +227,16 @@ class CmdVelMux:
         if held and now - held[0] < HELD:
             return WARN, held[1], {"sight": words}
         return OK if well else WARN, words, {}
+
+
+def without(twist, way):
+    """A twist without its part along `way` (x, y of a unit vector); all of it where LITTLE would be left.
+
+    So a robot that has touched something turns or passes without leaning on it, and straight on it may try again.
+    """
+    along = max(0.0, twist[0] * way[0] + twist[1] * way[1])
+    left = twist[0] - along * way[0], twist[1] - along * way[1], twist[2]
+    return left if max(map(abs, left)) > LITTLE else twist
 
 
 def main():

@@ -89,14 +89,14 @@ class DriverNode:
         linear = message.linear.x, message.linear.y, message.linear.z
         angular = message.angular.x, message.angular.y, message.angular.z
         with self._lock:
-            if not self._arrivals.are_new(header, now) and (any(linear) or any(angular)):  # zeros stop at any age
-                words = OLD
-            else:
-                refusal = self._stream.command(linear, angular, now, header.get("callerid", ""))
+            old = not self._arrivals.are_new(header, now) and (any(linear) or any(angular))  # zeros stop at any age
+            refusal = "" if old else self._stream.command(linear, angular, now, header.get("callerid", ""))
+            if not old:
                 self._send()
-                words = refusal and "cmd_vel refused, the robot stops: " + refusal
-        if words:
-            rospy.logwarn_throttle(10.0, words)
+        if old:
+            rospy.logwarn_throttle(10.0, OLD)
+        elif refusal:  # on a line of its own: each line of the program has its own 10 s
+            rospy.logwarn_throttle(10.0, "cmd_vel refused, the robot stops: " + refusal)
 
     def _on_emergency_stop(self, message):
         header = connection_header(message)

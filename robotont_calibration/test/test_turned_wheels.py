@@ -22,13 +22,9 @@ def test_a_wheel_is_shown_once_per_step_with_its_place_and_direction():
 
 @pytest.mark.parametrize("params, turn", [(ROBOTONT2_PARAMS, "counterclockwise"), (WHEEL_PARAMS, "clockwise")])
 def test_a_robot_that_was_turned_on_the_floor_shows_whether_the_signs_fit(params, turn):
-    for counts, words in (
-        ((300, 310, 290), f"all wheels turned as if the robot had been turned {turn}"),
-        ((300, -310, 290), "disagree about the robot's rotation: wheel 0 forward, wheel 1 backward, wheel 2 forward"),
-    ):
-        turned = turned_wheels(params)
-        turned.add(counts)
-        assert words in turned.verdict
+    turned = turned_wheels(params)
+    turned.add((300, 310, 290))
+    assert turned.verdict.startswith(f"all wheels turned as if the robot had been turned {turn}")
 
 
 def test_our_own_board_is_watched_and_hears_nothing(tmp_path, capsys):

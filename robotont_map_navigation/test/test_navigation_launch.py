@@ -47,14 +47,6 @@ def test_each_localization_starts_its_nodes(arguments, localization):
     assert set(nodes) == {*localization, "/map_server", "/move_base", "/navigation_monitor"}
 
 
-def test_sim_starts_the_robot_map_none_no_map_server_and_rviz_the_view_of_navigation():
-    nodes, _ = read_launch("navigation.launch", "sim:=true", "map:=none", "rviz:=true")
-    assert set(nodes) >= {"/simulator_node", "/driver_node", "/robot_state_publisher", "/move_base", "/amcl"}
-    assert "/map_server" not in nodes
-    assert "navigation.rviz" in nodes["/rviz"]
-    assert "-f map" in nodes["/rviz"]
-
-
 def test_frames_and_topics_of_a_second_robot():
     _, found = read_launch("navigation.launch", "sim:=true", "namespace:=robot2")
     expected = {

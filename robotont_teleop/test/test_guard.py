@@ -97,6 +97,14 @@ def test_a_sensor_sees_nothing_any_more_seven_of_its_own_periods_after_its_newes
     assert speed_of(show(make_guard(), scan_of(0.2), period=period), now=100.01 + lasts) == SLOW
 
 
+@pytest.mark.parametrize("missed", [math.inf, math.nan])
+def test_what_every_sixth_scan_shows_is_there(missed):
+    leg = scan_of(0.22)
+    guard = show(make_guard(), leg)
+    show(guard, np.where(np.isfinite(leg), missed, FAR), 100.5, times=5)
+    assert guard.limit(AHEAD, 100.6) == STOP
+
+
 def test_blind_directions_are_named_and_capped():
     guard = show(make_guard(0.2), np.full(len(CAMERA), math.inf), angles=CAMERA, where=place(0.1))
     assert guard.report(100.0)[1] == "at most 0.20 m/s where no sensor sees: on the left, behind, on the right"
@@ -141,30 +149,20 @@ def test_odometry_of_any_rate_tells_where_an_old_reading_was_made(frequency):
     assert guard.limit(AHEAD, 100.0)[0] == pytest.approx(0.762, abs=0.002)
 
 
-NO_READING = (0.0, -0.0, math.nan, -1.0, -math.inf, 65535.0, 65.535, 8.19, 0.119, 4.01, 1e-30, 1e30)
+NO_READING = (0.0, -0.0, math.nan, -1.0, 65535.0, 65.535, 8.19, 0.119, 4.01, 1e-30, 1e30)
 
 
-@pytest.mark.parametrize("least", [-2.0, 0.0])
-def test_what_is_no_length_is_no_reading_whatever_the_sensor_gives_as_its_least(least):
-    for value in (-1.0, 0.0, -0.0):
-        guard = show(make_guard(), np.full(len(AROUND), value), where=place(0.2), bounds=(least, 4.0))
-        assert speed_of(guard) == SLOW
-        assert guard.held is None
-
-
-@pytest.mark.parametrize("value", NO_READING)
-@pytest.mark.parametrize("before", [None, FAR])
-def test_no_reading_is_not_free(value, before):
+@pytest.mark.parametrize("before", [False, True])
+@pytest.mark.parametrize("least, value", [
+    *((0.12, value) for value in NO_READING), (0.0, 0.0), (0.0, -0.0), (0.0, -1.0), (-2.0, 0.0), (-2.0, -1.0)])
+def test_no_reading_is_not_free(least, value, before):
     """At once where nothing was read before; else when the newest reading has become old."""
-    laser, sonars = make_guard(), make_guard()
-    for guard, angles in ((laser, AROUND), (sonars, CONE)):
-        for number in range(12 if guard is sonars else 1):
-            named = {"sensor": number, "angles": angles, "where": place(yaw=math.radians(30 * number))}
-            if before is not None:
-                show(guard, before[:len(angles)], 99.9, **named)
-                assert speed_of(guard, now=99.9) in (SLOW, HAND)
-            show(guard, np.full(len(angles), value), 100.7 if before is not None else 100.0, **named)
-        assert speed_of(guard, now=100.71 if before is not None else 100.0) == SLOW
+    guard = make_guard()
+    if before:
+        assert speed_of(show(guard, FAR, where=place(0.2))) == HAND
+    show(guard, np.full(len(AROUND), value), 100.8, where=place(0.2), bounds=(least, 4.0))
+    assert speed_of(guard, now=100.81) == SLOW
+    assert guard.held is None
 
 
 @pytest.mark.parametrize("roll", [0.0, math.pi])

@@ -19,22 +19,6 @@ SIDE = 0.025  # [m] as documented
 STOP = (0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("missed", [math.inf, math.nan])
-def test_a_leg_that_every_sixth_scan_shows_is_not_touched(missed):
-    drive, number = GuardedDrive([box(1.5, 0.0, 0.02, 0.02, 0.4)], (0.0, 0.0, 0.0)), [0]
-    look = drive._look
-
-    def flicker(at):
-        number[0] += 1
-        (name, where, angles, ranges, *rest), = look(at)
-        return [(name, where, angles, np.where(np.isfinite(ranges) & (number[0] % 6 > 0), missed, ranges), *rest)]
-    drive._look = flicker
-    drive.drive(STOP, 1.0)
-    drive.drive((0.8, 0.0, 0.0), 6.0)
-    assert not drive.touched
-    assert drive.simulation.pose()[0] > 1.0
-
-
 @pytest.mark.parametrize("mass, limit, speed", [(20.0, 1.5, 0.8), (3.6, 1000.0, 1.3)])
 def test_a_heavy_robot_and_one_of_high_limits_stop_before_a_wall(mass, limit, speed, monkeypatch):
     wheels = guarded_drive.WHEELS._replace(mass=mass)

@@ -69,17 +69,13 @@ def test_whatever_button_has_the_focus_keys_drive_and_choose_the_speed_and_space
     """What has got it by the mouse and what has got it by the keys alike."""
     press_mouse(page, "#language")
     page.wait("document.documentElement.lang === 'de'", "the next language")
-    for key, axis in (("KeyW", 0), ("ArrowUp", 0), ("KeyA", 1), ("KeyQ", 2)):
+    for key, axis, chip, size in (
+            ("KeyW", 0, 1, 0.15), ("ArrowUp", 0, 3, 0.5), ("KeyA", 1, 2, 0.3), ("KeyQ", 2, 3, 2.0)):
+        page.key(f"Digit{chip}", down=True)
         page.key(key, down=True)
-        wait_for(lambda axis=axis: drives(served) and served.robot.sent[-1][axis] > 0, f"motion by {key}")
+        wait_for(lambda axis=axis, size=size: drives(served) and abs(served.robot.sent[-1][axis] - size) < 1e-6, key)
+        assert page.run(f"$('chips').children[{chip - 1}].ariaPressed") == "true"
         page.key(key, down=False)
-        wait_for(lambda: not drives(served), "the stop")
-    for number, speed in ((1, 0.15), (3, 0.5), (2, 0.3)):
-        page.key(f"Digit{number}", down=True)
-        drive_by_key(page, served)
-        wait_for(lambda speed=speed: abs(served.robot.sent[-1][0] - speed) < 1e-6, f"{speed} m/s")
-        assert f"{speed:.2f}" in page.run("document.querySelector('#chips [aria-pressed=true]').innerText")
-        page.key("KeyW", down=False)
         wait_for(lambda: not drives(served), "the stop")
     for place, element in enumerate(("language", "stop", "reset_odometry")):
         page.run(f"$({element!r}).focus()")
@@ -122,33 +118,20 @@ navigator.getGamepads = () => [null, window.pad];""")
     page.close()
 
 
-def test_without_its_board_sticks_are_still_and_a_finger_has_to_come_anew(page, served):
-    report(served)
-    page.push_until(lambda: drives(served), "motion", "#move", up=0.9)
-    report(served, {LINK: (2, "/dev/x: no such file")})
-    page.wait("$('can').innerText === 'Board not reached: sticks are off'", "why not")
-    wait_for(lambda: not drives(served), "the stop")
-    report(served)
-    page.wait("$('can').innerText === 'Let go of the sticks once'", "the request")
-    page.push(1, "#move", up=0.5)
-    page.run("new Promise((done) => setTimeout(done, 150))")
-    assert not drives(served)
-    page.lift()
-    page.push_until(lambda: drives(served), "motion", "#move", up=0.9)
-
-
 FAULTS = (
     ({LINK: (2, "/dev/x: no such file"), WHEELS: (1, "no packets")},
-     "Link to the board The board's cable is out, or the board is off"),
-    ({LINK: (0, ""), WHEELS: (1, "wheel 2 stands")}, "Wheels A wheel does not turn as told: is it blocked?"),
-    ({"other: thing": (2, "it burns")}, "thing it burns"))
+     "Link to the board The board's cable is out, or the board is off", "Board not reached: sticks are off"),
+    ({LINK: (0, ""), WHEELS: (1, "wheel 2 stands")}, "Wheels A wheel does not turn as told: is it blocked?",
+     "Push a stick to drive"),
+    ({"other: thing": (2, "it burns")}, "thing it burns", "Push a stick to drive"))
 
 
 def test_the_worst_fault_stands_where_one_looks(page, served):
     page.wait("$('fault_words').innerText === 'The robot reports nothing'", "the bar of one that reports nothing")
-    for fault, words in FAULTS:
+    for fault, words, can in FAULTS:
         report(served, fault)
         page.wait(f"document.querySelector('#fault p').innerText === {words!r}", "the bar")
+        assert page.text("#can") == can
         assert page.run("$('dot').dataset.level") == str(max(found for found, _ in fault.values()))
     report(served)
     page.wait("$('fault').hidden && $('dot').dataset.level === '0'", "its end")

@@ -41,7 +41,7 @@ class Bus:
         self.services, self.reports = {}, {}    # callbacks by name; of the diagnostics by subject
         self.work = []                 # what the node's threads do
         self.publishers = {}           # as the master tells: names of nodes by topic
-        self.published = 0             # diagnostics before their time
+        self.published = []            # times of diagnostics before theirs
         self._headers = {}             # one for each connection
         for name, stand_in in (("Publisher", self._publisher), ("Subscriber", self._subscriber),
                                ("Service", lambda name, _, callback: self.services.update({name: callback})),
@@ -80,10 +80,8 @@ class Bus:
 
     def _health(self, _robot, subjects):
         self.reports.update(subjects)
-        return SimpleNamespace(publish_now=self._publish_now)
+        return SimpleNamespace(publish_now=lambda: self.published.append(self.now))
 
-    def _publish_now(self):
-        self.published += 1
 
 
 def transform(parent, child, x=0.0, y=0.0, yaw=0.0):

@@ -1,12 +1,10 @@
 """The page's commands, in virtual time."""
 
-import json
-
 import pytest
 
 from robotont_teleop.hand.speeds import STOP, Speeds
 from robotont_teleop.web.driving_seat import DrivingSeat
-from robotont_teleop.web.page_messages import FIELDS, Message, MessageError, read_message
+from robotont_teleop.web.page_messages import MessageError, read_message
 
 LARGEST = Speeds(0.5, 2.0)
 FORWARD = (0.3, 0.0, 0.0)
@@ -76,18 +74,9 @@ def test_no_command_exceeds_the_speeds_and_all_keep_their_direction(seat):
     assert (v_x, v_y, omega) == pytest.approx((0.3, 0.4, -0.1))
 
 
-def test_a_message_of_each_kind():
-    for kind, fields in FIELDS.items():
-        message = read_message(json.dumps({"kind": kind, **{name: 0.25 for name in fields}}))
-        assert message.kind == kind
-    found = read_message('{"kind":"drive","time":12,"x":0.1,"y":-0.2,"turn":3}')
-    assert found == Message("drive", 0.012, (0.1, -0.2, 3.0))
-
-
 @pytest.mark.parametrize("text", [
     "", "null", "[]", "{}", '{"kind":"fly"}', '{"kind":["drive"]}', '{"kind":"stop","now":1}', '{"kind":"drive"}',
-    '{"kind":"drive","time":1,"x":NaN,"y":0,"turn":0}', '{"kind":"drive","time":1,"x":Infinity,"y":0,"turn":0}',
-    '{"kind":"drive","time":1,"x":1e999,"y":0,"turn":0}', '{"kind":"drive","time":1,"x":"1","y":0,"turn":0}',
+    '{"kind":"drive","time":1,"x":NaN,"y":0,"turn":0}', '{"kind":"drive","time":1,"x":"1","y":0,"turn":0}',
     '{"kind":"drive","time":1,"x":true,"y":0,"turn":0}', '{"kind":"drive","time":null,"x":0,"y":0,"turn":0}',
     '{"kind":"drive","time":1,"x":1' + 400 * "0" + ',"y":0,"turn":0}', "[" * 512, b"\xff", "\ud800",
 ])

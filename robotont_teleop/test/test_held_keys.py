@@ -56,12 +56,10 @@ def test_speeds(keys):
     for key in SPEED_KEYS:
         assert keys.press(key, 1.0)
     assert keys.speeds.linear == pytest.approx(0.33)
-    for _ in range(20):
-        keys.press("+", 1.0)
-    assert keys.speeds == Speeds(0.5, 2.0)
-    for _ in range(200):
-        keys.press("-", 1.0)
-    assert keys.speeds == pytest.approx((0.005, 0.02))
+    for key, speeds in (("+", (0.5, 2.0)), ("-", (0.005, 0.02))):
+        for _ in range(200):
+            keys.press(key, 1.0)
+        assert keys.speeds == pytest.approx(speeds)
 
 
 @pytest.mark.parametrize("text, keys_, rest", [

@@ -8,7 +8,7 @@ from sensor_msgs.msg import BatteryState
 from tf2_msgs.msg import TFMessage
 
 from robotont_teleop.hand import robot_reports
-from robotont_teleop.hand.robot_reports import RobotReports, worst_first
+from robotont_teleop.hand.robot_reports import RobotReports
 from robotont_teleop.web import frame_chain
 
 TOLD = [DiagnosticStatus(name=name, hardware_id=robot, level=2, message="/dev/x: no such file",
@@ -32,11 +32,6 @@ def test_faults_of_the_own_robot_only(monkeypatch, namespace, own):
     assert [light["name"] for light in reports.lights] == list(reports.values) == own
     assert {light["key"] for light in reports.lights if "link" in light["name"]} == {"port_missing"}
     assert reports.board in ("robotont", "R200", namespace.strip("/"))
-
-
-def test_errors_come_first_then_silence_and_warnings():
-    lights = [{"name": name, "level": level} for name, level in zip("abcdef", (1, 3, 0, 2, 9, 0))]
-    assert "".join(light["name"] for light in worst_first(lights)) == "dbeacf"
 
 
 @pytest.mark.parametrize("percentage, task, key, lights", [

@@ -12,7 +12,7 @@ import time
 import pytest
 from link_bench import Ends
 
-from robotont_driver.command.command_age import Gaps
+from robotont_driver.link import boot_clock, serial_link
 from robotont_driver.protocol import connection
 from robotont_driver.protocol.protocol import Packet
 from robotont_testing.harness import wait_for
@@ -137,10 +137,10 @@ def test_silence_sends_stops_until_a_command_comes(port):
         assert end.link.timeouts >= 3
 
 
-def test_what_was_commanded_while_the_process_was_stopped_is_not_sent_but_a_stop_is(port):
+def test_what_was_commanded_while_the_machine_was_suspended_is_not_sent_but_a_stop_is(port, monkeypatch):
     with Board(port) as board, Ends(port) as end:
         wait_for(lambda: end.packets, "packets")
-        end.link.gaps = Gaps(0.5, time.monotonic() - 3.0)  # as if this process had done nothing for 3 s
+        monkeypatch.setattr(serial_link, "boot_time", lambda: boot_clock.boot_time() + 3600.0)  # an hour is gone
         end.link.send(Packet((10, 10, 10)))
         assert end.link.outdated == 1
         end.link.send(Packet((0, 0, 0)))

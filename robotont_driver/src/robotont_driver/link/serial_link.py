@@ -11,6 +11,7 @@ import time
 from collections import deque
 
 from robotont_driver.command.command_age import Gaps
+from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.link.serial_port import explain, opened, usb_id
 from robotont_driver.protocol.connection import SILENCE, SILENT
 
@@ -49,7 +50,7 @@ class SerialLink:
         self.unsent = 0         # packets given while the port was closed
         self.timeouts = 0       # stop packets sent
         self.outdated = 0       # packets that waited for this process for too long
-        self.gaps = Gaps(write_timeout, time.monotonic())  # of this process
+        self.gaps = Gaps(write_timeout, boot_time())  # of this process
         self._thread = threading.Thread(target=self._run, daemon=True)
 
     sent = property(lambda self: self._outbox.sent, doc="Lines since the port was opened.")
@@ -63,10 +64,10 @@ class SerialLink:
 
         What may have waited for this process for `write_timeout` is not sent, but for zeros, and nothing after `close`.
         """
-        now = time.monotonic()
-        if not self.gaps.settled(now) and any(packet):
+        if not self.gaps.settled(boot_time()) and any(packet):
             self.outdated += 1
             return
+        now = time.monotonic()
         with self._lock:
             if self._port is None:
                 self.unsent += 1
@@ -135,7 +136,7 @@ class SerialLink:
                 protocol = connection.protocol
                 self._call("on_protocol", protocol)
             now = time.monotonic()
-            self.gaps.tick(now)
+            self.gaps.tick(boot_time())
             if self._closing:
                 self._say_goodbye(port, connection)
                 return
@@ -199,7 +200,7 @@ class SerialLink:
         end = time.monotonic() + duration
         while not self._closing and time.monotonic() < end:
             time.sleep(min(duration, self._tick_period))
-            self.gaps.tick(time.monotonic())
+            self.gaps.tick(boot_time())
 
 
 def read(port, events):

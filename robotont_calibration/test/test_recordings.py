@@ -14,25 +14,18 @@ from robotont_calibration.recordings import Recording, RecordingError, read_reco
 TOPICS = {"odometry": "odom", "packets": "serial_read"}
 
 
-@pytest.fixture(scope="module")
-def drive(tmp_path_factory):
-    """Folder with a bag."""
-    folder = tmp_path_factory.mktemp("drive")
-    write_run(folder / "a.bag", odom=[(time, (0, 0, 0)) for time in range(100, 120)],
-              serial_read=[(time, (1, 2, -3)) for time in range(100, 120)])
-    return folder
-
-
 @pytest.mark.parametrize("length, topics, words", [
     (-100, TOPICS, "found a bag without its end, .* rosbag reindex .*bad.bag"),
     (0, TOPICS, "bad.bag: "),
     (None, {"odometry": "robot1/odom"}, "found none of /robot1/odom; there are: odom, serial_read"),
     (None, {**TOPICS, "truth": "truth"}, "found no topic truth; there are: odom, serial_read"),
 ])
-def test_a_bag_without_its_end_and_one_of_another_robot_are_told_with_the_remedy(drive, length, topics, words):
-    (drive / "bad.bag").write_bytes((drive / "a.bag").read_bytes()[:length])
+def test_a_bag_without_its_end_and_one_of_another_robot_are_told_with_the_remedy(tmp_path, length, topics, words):
+    bag = tmp_path / "bad.bag"
+    write_run(bag, odom=[(100, (0, 0, 0))], serial_read=[(100, (1, 2, -3))])
+    bag.write_bytes(bag.read_bytes()[:length])
     with pytest.raises(RecordingError, match=words):
-        read_recording(drive / "bad.bag", topics)
+        read_recording(bag, topics)
 
 
 @pytest.mark.parametrize("topic, message", [("/odom", Odometry()), ("/serial_read", String("1:2:-3;"))])
@@ -57,8 +50,7 @@ def test_a_topic_with_other_messages_is_refused(tmp_path, kind):
 
 def test_malformed_packets_and_poses_are_counted():
     recording, nowhere = Recording(), Odometry()
-    packets = ["1:2:3;\n", "9" * 400 + ":0:0;\n", "9" * 10 ** 6, "1" * 310 + ".0:0:0;\n", "nan:0:0;\n",
-               ":" * 10 ** 5, ""]
+    packets = ["1:2:3;\n", "9" * 400 + ":0:0;\n", "9" * 10 ** 6, "nan:0:0;\n", ":" * 10 ** 5, ""]
     for packet in packets:
         recording.take("packets", 1.0, String(packet))
     nowhere.pose.pose.position.x = math.nan

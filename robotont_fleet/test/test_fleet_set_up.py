@@ -1,6 +1,5 @@
 """What a fleet is set up with: keys, names, passwords, maps, ports. Without a network."""
 
-import re
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -53,12 +52,12 @@ def test_passwords_of_any_content_are_read_or_refused_with_words(tmp_path, conte
 
 
 @pytest.mark.parametrize("yaml, image, words", [
-    ("image: a.pgm\n", b"", "cannot identify|allowed"), ("resolution: 1\n", b"", "found no 'image'"),
+    ("resolution: 1\n", b"", "found no 'image'"),
     ("image: a.pgm\nresolution: 0.1\norigin: 3\n", b"P5\n1 1\n255\n0", "allowed: a map of map_server"),
     ("image: a.pgm\nresolution: 0.1\norigin: [0, 0, 1]\n", b"P5\n1 1\n255\n0", "found a turned map"),
     ("image: a.pgm\nresolution: 0.1\norigin: [.inf, 0, 0]\n", b"P5\n1 1\n255\n0", "without a resolution or a place"),
     ("image: a.pgm\nresolution: 1.0e+308\norigin: [0, 0, 0]\n", b"P5\n9 9\n255\n" + bytes(81), "without a resolution"),
-    ("image: a.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n", b"P5\n100000 100000\n255\n0", "allowed"),
+    ("image: a.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n", b"P5\n100000 100000\n255\n0", "decompression bomb"),
     ("image: .\n", b"", "it is no file")])
 def test_a_map_that_is_none_is_refused_with_words(tmp_path, yaml, image, words):
     (tmp_path / "m.yaml").write_bytes(yaml.encode("latin-1"))
@@ -66,7 +65,7 @@ def test_a_map_that_is_none_is_refused_with_words(tmp_path, yaml, image, words):
     with pytest.raises(SetUpError) as raised:
         read_ground(tmp_path / "m.yaml")
     assert str(raised.value).startswith(f"--map {tmp_path}/m.yaml: ")
-    assert re.search(words, str(raised.value))
+    assert words in str(raised.value)
 
 
 def test_a_port_that_is_none_is_refused(capsys):

@@ -111,16 +111,18 @@ def test_a_right_pose_is_not_given_up_for_a_cupboard_that_has_moved():
 
 
 class Turning(Bus):
-    """A robot, at a pose on a map, that turns as it is told, unless something holds it."""
+    """A robot, at a place inside a room, that turns as it is told, unless something holds it; and relocalize."""
 
     base, odometry = "base_link", "odom"
 
-    def __init__(self, monkeypatch, floor_map, pose):
+    def __init__(self, monkeypatch, floor_map, inside):
         super().__init__(monkeypatch)
-        self.floor_map, self.pose, self.yaw, self.held = floor_map, pose, 1.0, False  # yaw: by its odometry
-        self.amcl = True
+        self.floor_map, self.pose = floor_map, compose(floor_map.origin, inside)
+        self.yaw, self.held, self.amcl = 1.0, False, True  # yaw: by its odometry
         monkeypatch.setattr(relocalize, "Frames", lambda: self)
         monkeypatch.setattr(relocalize, "floor_map_of", lambda _: floor_map)
+        self.run = relocalize.Relocalize().run
+        self.hear("map", OccupancyGrid())
 
     def sleep(self, seconds):
         super().sleep(seconds)
@@ -138,18 +140,15 @@ class Turning(Bus):
 
 
 def test_relocalize_turns_the_robot_once_and_tells_amcl_where_it_is_unless_something_holds_it(monkeypatch):
-    floor_map = room((0, 30, 35))
-    robot = Turning(monkeypatch, floor_map, compose(floor_map.origin, (1.6, 1.5, 0.3)))
-    tool = relocalize.Relocalize()
-    robot.hear("map", OccupancyGrid())
-    status, words = tool.run()
+    robot = Turning(monkeypatch, room((0, 30, 35)), (1.6, 1.5, 0.3))
+    status, words = robot.run()
     assert (status, words[:10]) == (Status.DONE, "found at (")
     assert robot.yaw == pytest.approx(1.0 + 2 * math.pi, abs=0.1)
     told, = robot.sent["initialpose"]
     x, y, yaw = between(robot.pose, pose_of(told.pose.pose))
     assert max(abs(x), abs(y), abs(math.remainder(yaw, 2 * math.pi))) < 0.1
     robot.held = True
-    status, words = tool.run()
+    status, words = robot.run()
     assert (status, words[:23]) == (Status.GAVE_UP, "the robot does not turn")
     assert len(robot.sent["initialpose"]) == 1
     assert robot.sent["cmd_vel/navigation"][-1] == Twist()
@@ -157,18 +156,14 @@ def test_relocalize_turns_the_robot_once_and_tells_amcl_where_it_is_unless_somet
 
 def test_a_place_that_was_found_is_told_as_such_only_when_amcl_has_taken_it(monkeypatch):
     """navigation_monitor, and what records, hear the pose as well."""
-    robot = Turning(monkeypatch, room((0, 30, 35)), compose(room().origin, (1.6, 1.5, 0.3)))
+    robot = Turning(monkeypatch, room((0, 30, 35)), (1.6, 1.5, 0.3))
     robot.amcl = False
-    tool = relocalize.Relocalize()
-    robot.hear("map", OccupancyGrid())
-    status, words = tool.run()
+    status, words = robot.run()
     assert (status, "is amcl alive?" in words) == (Status.NOT_THERE, True)
 
 
 def test_in_a_room_that_looks_alike_from_both_its_ends_relocalize_tells_amcl_nothing(monkeypatch):
-    robot = Turning(monkeypatch, room(), compose(room().origin, (1.0, 1.2, 0.3)))
-    tool = relocalize.Relocalize()
-    robot.hear("map", OccupancyGrid())
-    status, words = tool.run()
+    robot = Turning(monkeypatch, room(), (1.0, 1.2, 0.3))
+    status, words = robot.run()
     assert (status, "look alike from here" in words) == (Status.LOST, True)
     assert robot.sent["initialpose"] == []

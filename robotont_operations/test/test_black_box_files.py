@@ -104,6 +104,18 @@ def test_the_newest_run_is_the_last_beside_one_that_somebody_has_copied(tmp_path
     assert runs_in(tmp_path)[-2:] == runs
 
 
+def test_a_run_that_this_user_may_not_enter_does_not_keep_the_recorder_from_its_own(tmp_path, monkeypatch):
+    run, stat = BlackBox(tmp_path).folder, os.stat
+    (run / "000001.bag").touch()
+
+    def denied(path, *given, **options):
+        if str(path).endswith(".bag"):
+            raise PermissionError(13, "Permission denied")
+        return stat(path, *given, **options)
+    monkeypatch.setattr(os, "stat", denied)
+    assert BlackBox(tmp_path).folder == runs_in(tmp_path)[1] != run
+
+
 def test_what_is_no_run_of_the_recorder_stays_alone(tmp_path, monkeypatch):
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "elsewhere/kept").touch()

@@ -105,7 +105,7 @@ def runs_in(folder):
 
 def bags_of(run):
     """Complete bag files of a run, the oldest first."""
-    return sorted(path for path in Path(run).glob("*.bag") if path.is_file() and not path.is_symlink())
+    return sorted(path for path in Path(run).glob("*.bag") if os.path.isfile(str(path)) and not path.is_symlink())
 
 
 def write_bag(path, records):

@@ -1,9 +1,12 @@
 """The table of ./robotont status from nodes and diagnostics."""
 
+from types import SimpleNamespace
+
 import pytest
+import rosgraph
 
 from robotont_operations.health import ERROR, OK, STALE, WARN, Row, table, worst
-from robotont_operations.status import show
+from robotont_operations.status import CALLER, nodes_alive, show
 
 ALL = {"/driver_node": True, "/serial_com_node": True, "/odom_node": True}
 FINE = {
@@ -55,3 +58,14 @@ def test_of_robots_in_the_root_and_in_a_namespace_each_has_its_own_nodes_restart
         Row(OK, "link", "50 packets/s"),
         Row(ERROR, "robot2: nodes", "/robot2/driver_node does not answer; restarts of /robot2/driver_node: 3" + why),
         Row(ERROR, "robot2: link", "unplugged")]
+
+
+def test_a_node_that_ends_while_the_master_is_asked_is_none(monkeypatch):
+    def look_up(name):
+        if name == "/gone":
+            raise rosgraph.MasterError("unknown node")
+        return "http://127.0.0.1:1/"
+    master = SimpleNamespace(getSystemState=lambda: [[["/odom", ["/gone", "/driver_node", CALLER]]], [], []],
+                             lookupNode=look_up)
+    monkeypatch.setattr(rosgraph, "Master", lambda _: master)
+    assert nodes_alive(master) == {"/driver_node": False}

@@ -27,14 +27,15 @@ def nodes_alive(master):
     """{node: whether it answers} of all nodes that the master lists. Raises rosgraph.MasterException, RPC_ERRORS."""
     names = sorted({name for kind in master.getSystemState() for _, names in kind for name in names})
     names = [name for name in names if not name.startswith((CALLER, "/rosout"))]
-    uris = [master.lookupNode(name) for name in names]
+    uris = probes.all_in_time(lambda name: rosgraph.Master(CALLER).lookupNode(name), names, 3.0)
+    found = {name: uri for name, uri in zip(names, uris) if uri}  # the others have just ended
 
     def answers(uri):
         try:
             return probes.remote(uri, 1.0).getPid(CALLER)[0] == 1
         except probes.RPC_ERRORS:
             return False
-    return dict(zip(names, map(bool, probes.all_in_time(answers, uris, 1.5))))
+    return dict(zip(found, map(bool, probes.all_in_time(answers, found.values(), 1.5))))
 
 
 def restarts(master):

@@ -94,10 +94,10 @@ class Report:
                  f"ROS {os.environ.get('ROS_DISTRO', '')}"]
         lines += [f"{name} {packages.get_manifest(name).version} in {packages.get_path(name)}"
                   for name in sorted(packages.list()) if name.startswith("robotont")]
+        self.text("versions/stack.txt", "\n".join(lines) + "\n")
         git = subprocess.run(["git", "-C", packages.get_path("robotont_operations"), "log", "-1", "--format=%H %cI"],
                              check=False, text=True, capture_output=True)
-        lines.append("commit " + (git.stdout.strip() or "unknown: no git repository"))
-        self.text("versions/stack.txt", "\n".join(lines) + "\n")
+        self.text("versions/commit.txt", git.stdout or f"unknown: git has ended with status {git.returncode}\n")
 
     def graph(self):
         """Names of nodes, topics and services, and own parameters, of the master."""

@@ -13,6 +13,7 @@ from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet_page import StopFile
 from robotont_fleet.known_robots import NEEDS, Fleet
 from robotont_fleet.mailbox import Mailbox
+from robotont_fleet.messages import read_state
 from robotont_testing.harness import wait_for
 
 
@@ -359,6 +360,15 @@ def telemetry():
     robot.emergency_stop = Mock(pressed=False)
     robot._goals = Mock(get_num_connections=lambda: 1)
     return robot
+
+
+def test_a_state_stays_short_enough_to_be_read_however_many_press_the_stop(telemetry, monkeypatch):
+    """As by rostopic pub -1, each time under another name."""
+    summary = {key: STATE[key] for key in ("speed", "driven", "driven_by", "battery", "worst")}
+    monkeypatch.setattr(robot_telemetry.RobotTelemetry, "summary", summary)
+    telemetry.emergency_stop = Mock(pressed_by=", ".join(map("/rostopic_1_{}".format, range(2000))), has_driver=True)
+    telemetry._page = ""
+    assert read_state(json.dumps({**STATE, **telemetry.state()}).encode())["stopped"].startswith("/rostopic_1_0, ")
 
 
 def test_where_the_robots_page_is_stays_known_while_the_master_is_away(telemetry, monkeypatch):

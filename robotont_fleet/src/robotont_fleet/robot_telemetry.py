@@ -12,7 +12,7 @@ from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.robots.battery import EMPTY
 from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
-from robotont_teleop.hand.robot_reports import RobotReports, rounded
+from robotont_teleop.hand.robot_reports import LONGEST_WORDS, RobotReports, rounded
 from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.page_setup import own_address
 
@@ -99,7 +99,7 @@ class RobotTelemetry(RobotReports):
         frame, pose = self._pose()
         stop = self.emergency_stop
         return {**self.summary, "frame": frame, "pose": rounded(pose, 3), "driver": stop.has_driver, "page": self._page,
-                "stopped": stop.pressed_by if stop.has_driver else ""}
+                "stopped": stop.pressed_by[:LONGEST_WORDS] if stop.has_driver else ""}
 
     def _pose(self):
         return self._frames.pose(self._base, boot_time())

@@ -123,10 +123,9 @@ class Held:
     def _on_command(self, raw):
         with self._lock:
             drives = self._driver.message.data == "navigation"
-            command = _twist(Twist().deserialize(serialized(raw))) if drives or self._words else NOTHING
-            self._command = command if drives else NOTHING
+            self._command = _twist(Twist().deserialize(serialized(raw))) if drives else NOTHING
             self._watch.command(self._command, time.monotonic())
-        if command != self._command:  # somebody drives it away by hand: what has held it is past
+        if self._words and self._driver.message.data in ("hand", "default"):  # who drives it away: it is free
             self._tell("")
 
     def _on_odom(self, raw):

@@ -23,7 +23,6 @@ RUN_OUT = 0.5    # [s] after the turn, until the robot stands
 WAIT = 10.0      # [s] for map, scan and transforms
 LEAST = 0.7      # share of the rays that the map has to explain
 CLEARER = 0.05   # by which every other place has to explain less
-NOWHERE = math.inf, math.inf, 0.0  # [m], [rad]
 DEVIATION = 0.1  # [m], [rad] with which amcl is told of the place
 ASK = "drive by hand to where more can be seen and try again, or set the pose by RViz' 2D Pose Estimate"
 
@@ -65,7 +64,7 @@ class Relocalize:
             return Outcome(Status.LOST, f"{Goal(*first.pose)} and {Goal(*others[0].pose)} look alike from here: {ASK}")
         told = PoseWithCovariance(message_of(first.pose), (DEVIATION ** 2 * np.eye(6)).ravel().tolist())
         self._pose.publish(PoseWithCovarianceStamped(Header(0, rospy.Time.now(), floor_map.frame), told))
-        if not wait_for(lambda: same_place(self._frames.robot_in(floor_map.frame) or NOWHERE, first.pose), WAIT):
+        if not wait_for(lambda: same_place(self._frames.robot_in(floor_map.frame) or (1e9, 0, 0), first.pose), WAIT):
             return Outcome(Status.NOT_THERE, f"found {Goal(*first.pose)}, but nobody takes it there: is amcl alive?")
         if not wait_for(lambda: not self._trouble.message.data, WAIT):
             return Outcome(Status.LOST, f"found {Goal(*first.pose)}, but {self._trouble.message.data}: {ASK}")

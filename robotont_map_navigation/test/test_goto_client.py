@@ -187,7 +187,9 @@ def test_whatever_ends_the_client_takes_its_goal_back(move_base, monkeypatch):
     assert move_base.cancelled == ["", *move_base.goals]
 
 
-def test_what_ails_another_robot_of_the_same_master_is_no_cause(move_base):
+@pytest.mark.parametrize("name, robot", [("robot2/serial_com_node: link", "robot2"), ("fleet_node: fleet", "robotont"),
+                                         ("recorder_node: black box", "robotont")])
+def test_what_ails_another_robot_or_what_navigation_does_not_need_is_no_cause(move_base, name, robot):
     move_base.hear("/diagnostics", DiagnosticArray(status=[
-        DiagnosticStatus(name="robot2/serial_com_node: link", hardware_id="robot2", level=DiagnosticStatus.ERROR)]))
+        DiagnosticStatus(name=name, hardware_id=robot, level=DiagnosticStatus.ERROR)]))
     assert move_base.goto.go(GOAL, patience=0.0).words == "move_base gave up (ABORTED): no way"

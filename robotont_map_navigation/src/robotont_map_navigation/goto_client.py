@@ -26,6 +26,7 @@ STAYS = 0.5        # [m] a robot that stays in a circle as small gets nowhere
 PATIENCE = 60.0    # [s] for which a goal may wait where the robot gets nowhere
 LOOK = 8.0         # [s] of that, and since the last look, after which the robot looks around ...
 TURN = 1.0         # [rad/s] ... by a turn on the spot
+NO_CAUSE = ": black box", ": fleet", ": gamepad", ": guard", ": web page"  # ends of tasks that navigation does not need
 NEWS = 3.0         # [s] for which a word of the diagnostics counts
 PERIOD = 1.0       # [s] between two lines of progress
 AGAIN = 0.5        # [s] at least between two goals that are the same
@@ -155,8 +156,8 @@ class GoTo:
 
     def _cause(self, before=""):
         """The worst that the robot's nodes say of themselves, behind words; empty when all is well."""
-        ills = [report for report in tuple(self._reports.values())
-                if time.monotonic() - report[0] < NEWS and report[1] != DiagnosticStatus.OK]
+        ills = [report for name, report in tuple(self._reports.items()) if not name.endswith(NO_CAUSE)
+                and time.monotonic() - report[0] < NEWS and report[1] != DiagnosticStatus.OK]
         return before + max(ills, key=lambda ill: ill[1])[2] if ills else ""
 
     def _has_ended(self):

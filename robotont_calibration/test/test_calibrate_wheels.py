@@ -100,6 +100,7 @@ def test_a_run_that_determines_nothing_and_has_a_gap_is_named_and_not_written(ru
     (["--guide", "a", "b.bag"], "found --guide and recorded runs"),
     (["nowhere.bag"], "nowhere.bag: no such file"),
     (["{0}=1,2"], "found '1,2', allowed: X,Y,YAW of the end"),
+    (["{0}=1e300,0,0"], "found '1e300,0,0', allowed: X,Y,YAW of the end"),
     (["{0}=1,2,north"], "found '1,2,north'"),
     (["{0}"], "found no topic truth; there are: serial_read"),
     (["{1}/four.bag=0,0,0"], "found a packet of 4 wheels, allowed: 3"),

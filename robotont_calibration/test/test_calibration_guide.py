@@ -128,6 +128,12 @@ def test_a_second_session_in_a_folder_keeps_the_runs_of_the_first(bench, capsys)
     assert f"@{bench.folder}/runs.txt" in capsys.readouterr().out
 
 
+def test_a_folder_whose_runs_could_not_be_told_from_their_ends_is_refused(bench):
+    bench.folder /= "a=b"
+    with pytest.raises(ValueError, match="a=b, allowed: a folder without = in its name"):
+        bench.guide("", "1,0,0", "q")
+
+
 @pytest.mark.parametrize(("counts", "rests"), [
     ([0.0], True), ([1, -1], True), ([-1, 0, 1], True), ([0.1] * 9 + [-0.9], True),  # a wheel that hunts for its edge
     ([1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0], False), ([2, -2], False), ([1, 1, -1], False)])

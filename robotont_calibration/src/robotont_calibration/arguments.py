@@ -6,12 +6,12 @@ import re
 
 
 def numbers(text, amount, allowed):
-    """The finite numbers between the commas or spaces of a text. Raises ArgumentTypeError unless there are so many."""
+    """The numbers, at most 1e6, between the commas or spaces of a text; ArgumentTypeError unless there are so many."""
     try:
         found = [float(field) for field in re.split(r"[,\s]+", text.strip())]
     except ValueError:
         found = []
-    if len(found) != amount or not all(map(math.isfinite, found)):
+    if len(found) != amount or not all(abs(value) <= 1e6 for value in found):
         raise argparse.ArgumentTypeError(f"found {text!r}, allowed: {allowed}")
     return tuple(found)
 

@@ -31,6 +31,8 @@ def guide(options, wheels):
     Raises ValueError when no packets come, for another robot's wheels, or when no run was made; EOFError where nobody
     answers.
     """
+    if "=" in options.guide:  # behind it stands a run's end
+        raise ValueError(f"--guide: found {options.guide}, allowed: a folder without = in its name")
     folder = Path(options.guide)
     folder.mkdir(parents=True, exist_ok=True)
     init_tool("calibrate_wheels")

@@ -81,12 +81,9 @@ class Rig(Master):
         robot.start()
 
     def close(self):
-        """At once: a dozen that say good-bye one after the other take seconds."""
         for robot in self.robots.values():
             robot.board.close()
             robot.proxy.close()
-        for process in list(self._processes):
-            self.stop(process, signal.SIGKILL)
         super().close()
 
 

@@ -1,20 +1,11 @@
-"""What the pytest modules of this folder share: paths, launch files as roslaunch reads them, the navigation stack."""
+"""What the pytest modules of this folder share: paths, and runs with the navigation stack."""
 
 import json
 import subprocess
-import xmlrpc.client
-from functools import lru_cache
 from pathlib import Path
-from unittest import mock
 
 import pytest
 import rospkg
-from roslaunch import loader
-from roslaunch.config import load_config_default
-
-from robotont_testing import places
-from robotont_testing.harness import Master
-from robotont_testing.robots import SHIPPED
 
 PACKAGE = Path(__file__).resolve().parents[1]
 ROOT = PACKAGE.parent
@@ -35,28 +26,3 @@ def figures_of(program, *arguments, timeout):
     print(result.stderr)
     assert result.stdout, result.stderr
     return json.loads(result.stdout.splitlines()[-1])
-
-
-@lru_cache(maxsize=None)
-def read_launch(file, *arguments):
-    """(nodes, parameters) of a launch file: arguments and values by full name. The navigation stack may be missing."""
-    value_of = loader.Loader.param_value
-    # only while it reads: other tests of this process want commands run
-    with mock.patch.object(loader.Loader, "param_value", lambda *given: "true" if "/require " in (given[-1] or "")
-                           else value_of(*given)):
-        config = load_config_default([(str(places.launch(file)), list(arguments))], None)
-    return ({node.namespace + node.name: node.args for node in config.nodes},
-            {name: parameter.value for name, parameter in config.params.items()})
-
-
-@pytest.fixture(scope="module")
-def running():
-    """A master on which a robot's parameters stand: call it with other wheel parameters for another robot."""
-    with Master() as master:
-        server = xmlrpc.client.ServerProxy(master.uri)
-
-        def run(parameters):
-            server.setParam("/test", "/", parameters)
-            read_launch.cache_clear()
-        run(SHIPPED)
-        yield run

@@ -2,18 +2,21 @@
 
 import re
 import subprocess
+import xmlrpc.client
 from pathlib import Path
+from unittest import mock
 
 import pytest
 import yaml
-from navigation_tools import PACKAGE, ROOT, read_launch, running  # noqa: F401
-from roslaunch import RLException
+from navigation_tools import PACKAGE, ROOT
+from roslaunch import RLException, loader
+from roslaunch.config import load_config_default
 
 from robotont_simulator.world import read_world, write_map
 from robotont_testing import places
+from robotont_testing.harness import Master
 from robotont_testing.robots import ROBOTONT2, SHIPPED, robot_folder
 
-pytestmark = pytest.mark.usefixtures("running")
 KNOWN = {section: set(names) for section, names in yaml.safe_load(
     (PACKAGE / "test" / "data" / "navigation_parameters.yaml").read_text()).items()}
 LAYERS = {"": "costmap_2d", "/static_layer": "costmap_2d::StaticLayer", "/obstacles": "costmap_2d::ObstacleLayer",
@@ -29,6 +32,27 @@ READERS = {  # where parameters stand: the section of KNOWN with those that are 
     **{f"move_base/{costmap}_costmap{layer}": section for costmap in ("global", "local")
        for layer, section in LAYERS.items()},
 }
+
+
+def read_launch(file, *arguments):
+    """(nodes, parameters) of a launch file: arguments and values by full name. The navigation stack may be missing."""
+    value_of = loader.Loader.param_value
+    # only while it reads: other tests of this process want commands run
+    with mock.patch.object(loader.Loader, "param_value", lambda *given: "true" if "/require " in (given[-1] or "")
+                           else value_of(*given)):
+        config = load_config_default([(str(places.launch(file)), list(arguments))], None)
+    return ({node.namespace + node.name: node.args for node in config.nodes},
+            {name: parameter.value for name, parameter in config.params.items()})
+
+
+@pytest.fixture(scope="module", autouse=True)
+def running():
+    """A master on which a robot's parameters stand: call it with other wheel parameters for another robot."""
+    with Master() as master:
+        def run(parameters):
+            xmlrpc.client.ServerProxy(master.uri).setParam("/test", "/", parameters)
+        run(SHIPPED)
+        yield run
 
 
 def test_a_missing_package_is_named():
@@ -86,7 +110,7 @@ def test_every_parameter_is_one_that_its_node_reads():
             if place.partition("/")[0] in nodes and name not in KNOWN.get(READERS.get(place), ())] == []
 
 
-def test_the_footprint_is_that_of_the_wheels_or_of_the_robot_that_runs(tmp_path, running):  # noqa: F811
+def test_the_footprint_is_that_of_the_wheels_or_of_the_robot_that_runs(tmp_path, running):
     def footprints(*arguments):
         _, found = read_launch("navigation.launch", *arguments)
         return {found[f"/move_base/{costmap}_costmap/robot_radius"] for costmap in ("global", "local")}
@@ -96,6 +120,6 @@ def test_the_footprint_is_that_of_the_wheels_or_of_the_robot_that_runs(tmp_path,
     assert footprints() == {0.15}
     with pytest.raises(RLException, match="robot_radius"):
         footprints("namespace:=robot2")  # where none runs
-    running(ROBOTONT2)  # at the end of this file: what others have read is forgotten
+    running(ROBOTONT2)
     assert footprints() == {0.17}
     running(SHIPPED)

@@ -29,13 +29,8 @@ def nodes_alive(master):
     names = [name for name in names if not name.startswith((CALLER, "/rosout"))]
     uris = probes.all_in_time(lambda name: rosgraph.Master(CALLER).lookupNode(name), names, 3.0)
     found = {name: uri for name, uri in zip(names, uris) if uri}  # the others have just ended
-
-    def answers(uri):
-        try:
-            return probes.remote(uri, 1.0).getPid(CALLER)[0] == 1
-        except probes.RPC_ERRORS:
-            return False
-    return dict(zip(found, map(bool, probes.all_in_time(answers, found.values(), 1.5))))
+    answers = probes.all_in_time(lambda uri: probes.remote(uri, 1.0).getPid(CALLER)[0] == 1, found.values(), 1.5)
+    return dict(zip(found, map(bool, answers)))
 
 
 def restarts(master):
@@ -43,11 +38,8 @@ def restarts(master):
     uris = list(master.getParam("/roslaunch/uris").values()) if master.hasParam("/roslaunch/uris") else []
 
     def processes(uri):
-        try:
-            running, ended = probes.remote(uri, 1.0).list_processes()[2]
-        except (*probes.RPC_ERRORS, TypeError, ValueError):  # gone, or another program at its port
-            return ()
-        return running + ended
+        running, ended = probes.remote(uri, 1.0).list_processes()[2]
+        return running + ended  # of one that is gone, or of another program at its port: None
     counts = collections.Counter()
     for name, started in (pair for pairs in probes.all_in_time(processes, uris, 1.5) for pair in pairs or ()):
         counts["/" + name.rpartition("-")[0]] += started - 1

@@ -20,7 +20,6 @@ SPEED_KEYS = {  # key: factors of the linear and the angular speed
     "r": (1.1, 1.0), "f": (1 / 1.1, 1.0), "t": (1.0, 1.1), "g": (1.0, 1 / 1.1),
 }
 EMERGENCY_STOP, QUIT = " ", ("\x03", "\x04", "\x1b")
-BLANKS = re.compile("[\0\xa0\udca0\u3000]")  # of the same key with Ctrl, with Alt Gr (UTF-8, Latin-1), in Japanese
 RELEASE = "\x15"  # Ctrl-U: no letter, which a slip or Caps Lock could make
 # a sequence of ECMA-48 that a key sends, or a letter; no blank nor Ctrl-D: behind Alt-[ they are keys, that stop
 KEY = re.compile(r"\x1b[\[O][^A-Za-z~\x00- ]*[A-Za-z~]?|.", re.DOTALL)
@@ -86,7 +85,7 @@ def split_keys(text):
 
     Letters are small, whatever Caps Lock makes of them.
     """
-    text = BLANKS.sub(EMERGENCY_STOP, text)
+    text = re.sub("[\0\xa0\udca0\u3000]", EMERGENCY_STOP, text)  # with Ctrl, with Alt Gr (UTF-8, Latin-1), in Japanese
     begun = BEGUN.search(text)
     keys = [key.lower() if key[1:2] not in "[O" or len(key) == 1 else ARROWS.get(key[2:], "other")
             for key in KEY.findall(text[:begun.start()] if begun else text)]

@@ -59,15 +59,6 @@ def test_a_robot_gets_around_a_wall_and_also_where_it_is_pressed_to_it(start, be
     assert figures["error_m"] < ERROR, figures
 
 
-@pytest.mark.long
-def test_fifty_random_goals_a_third_of_them_at_walls_none_of_which_traps_the_robot():
-    """Every third goal, and with it a start, is 0.2 to 0.3 m from a wall. Parameters saw seeds 1 to 3 and 100."""
-    figures = run("--random", "50", "--seed", "300", timeout=4000)
-    assert len(figures) == 50
-    assert [each for each in figures if each["status"] != 0] == []
-    assert [each for each in figures if each["clearance_m"] < 0.0] == []
-
-
 def test_no_alarm_on_the_right_map_and_one_on_a_map_of_another_place():
     right, = run("--goal", "2.5", "2.5", "0", timeout=400)
     wrong, = run("--world", "maze", "--goal", "2.5", "2.5", "0", f"map:={ROOT}/config/maps/room.yaml", timeout=400)

@@ -269,7 +269,7 @@ def test_of_orders_that_wait_the_newest_of_each_kind_is_left_in_their_order():
 def node(monkeypatch):
     """A FleetNode without its threads; `now`: [s] of the clock that a suspended computer does not stop."""
     node = fleet_node.FleetNode.__new__(fleet_node.FleetNode)
-    node._identity, node._others, node._held, node._note = "a", set(), [], ""
+    node._identity, node._others, node._held, node._note, node._noted = "a", set(), [], "", 0.0
     node._mailbox, node._due = Mailbox(), Mock()
     node._robot = Mock(stopped_from_here=False, state=dict, release=Mock(return_value=""))
     node.now = 100.0
@@ -282,6 +282,13 @@ def node(monkeypatch):
 
 def said(node):
     return json.loads(node._state())
+
+
+def test_why_an_order_was_refused_is_not_told_for_ever(node):
+    node._refuse("goal refused: the emergency stop is pressed")
+    assert "the emergency stop" in said(node)["note"]
+    node.now += 3600.0
+    assert said(node)["note"] == ""
 
 
 def test_what_a_fleet_node_before_this_one_has_stopped_any_page_lets_go_but_not_over_a_newer_stop(room, node):

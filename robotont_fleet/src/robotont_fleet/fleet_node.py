@@ -28,6 +28,7 @@ PARAMETERS = (
     Parameter("router", "tcp/127.0.0.1:7447", "of the fleet, as zenoh writes it: tcp/ADDRESS:7447"),
 )
 STATE_PERIOD, LEAST_PERIOD = 0.5, 0.01  # [s] of its state, and at least where something has changed
+NOTED = 15.0  # [s] for which it is told why an order was refused
 OLDEST = 2.0  # [s] a goal or a release that was sent longer ago is refused
 
 
@@ -47,7 +48,7 @@ class FleetNode:
         self._identity = secrets.token_hex(4)   # of this process: two robots of one name differ in it
         self._others = set()                    # identities of other processes with our name
         self._held = []                         # numbers of the stops that hold, the newest last
-        self._note = ""
+        self._note, self._noted = "", 0.0       # why the newest order was refused, and when [s]
         self._mailbox = Mailbox()
         self._session = None
         self._due = threading.Event()           # the next state, at once
@@ -84,7 +85,8 @@ class FleetNode:
 
     def _state(self):
         confirmed = self._holding if self._robot.stopped_from_here else []
-        return json.dumps({**self._robot.state(), "id": self._identity, "number": _milliseconds(), "note": self._note,
+        note = self._note if boot_time() - self._noted < NOTED else ""
+        return json.dumps({**self._robot.state(), "id": self._identity, "number": _milliseconds(), "note": note,
                            "confirmed": confirmed, "namesakes": len(self._others)})
 
     @property
@@ -161,7 +163,7 @@ class FleetNode:
         """Tell why something is refused; "": it is not."""
         if why:
             rospy.logwarn_throttle_identical(1.0, why)
-        self._note = why
+        self._note, self._noted = why, boot_time()
 
     # Health
 

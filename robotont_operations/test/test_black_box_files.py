@@ -157,6 +157,8 @@ def test_the_recorder_tells_what_it_could_not_write_and_makes_a_folder_again_tha
             assert 0.0 <= node._work() <= 1.0
             return node._report()[:2]
         assert written(record(0)) == (OK, "recording")
+        node._records = [record(2)]
+        assert node._report()[:2] == (WARN, "nothing is written since 10 s: the disk hangs, or is too slow")
         run, = runs_in(folder)
         shutil.rmtree(str(folder))
         folder.write_text("no folder")

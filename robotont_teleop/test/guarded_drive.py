@@ -28,6 +28,7 @@ SCAN_BOUNDS, CONE_BOUNDS = (SCAN_NEAREST, SCAN_FARTHEST), (0.04, 4.0)  # [m]
 LIMITS = Limits(wheel_speed=1.5, linear_acceleration=1.5, angular_acceleration=8.0,
                 linear_deceleration=2.25)  # as shipped
 PERIOD = 0.02  # [s]
+SPEEDS = (0.1, 0.2, 0.3, 0.5, 0.65, 0.8)  # [m/s] of hands
 SCAN_PERIODS, SCAN_DELAY = 5, 2  # periods between two scans, and until a scan is heard
 AROUND, CAMERA = np.linspace(-math.pi, math.pi, 360, endpoint=False), np.linspace(-0.515, 0.515, 128)
 CONE, RAYS = FIELD_OF_VIEW * FAN, np.linspace(-math.pi, math.pi, 1440, endpoint=False)
@@ -88,9 +89,9 @@ class GuardedDrive:
             fastest = max(fastest, math.hypot(*self.simulation.twist()[:2]))
         return fastest
 
-    def gap(self, *pose):
-        """[m] between the footprint, at a pose or where it is, and the next box."""
-        x, y, _ = pose or self.simulation.pose()
+    def gap(self):
+        """[m] between the footprint and the next box."""
+        x, y, _ = self.simulation.pose()
         return min((box.distance(x, y) for box in self._boxes), default=math.inf) - RADIUS
 
     def _look(self, at):

@@ -4,13 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from guarded_drive import AROUND, CAMERA, CONE, LIMITS, RADIUS, SCAN_BOUNDS, make_guard, place
+from guarded_drive import AROUND, CAMERA, CONE, LIMITS, RADIUS, SCAN_BOUNDS, SPEEDS, make_guard, place
 from hypothesis import given
 from hypothesis import strategies as st
 
 from robotont_driver.kinematics.se2 import arc
 
-SPEEDS = (0.1, 0.2, 0.3, 0.5, 0.65, 0.8)  # [m/s]
 BOUNDS = (0.12, 4.0)  # [m] of a laser scanner
 FAR = np.full(len(AROUND), math.inf)
 SIDE, REST, REACTION, READINGS = 0.025, 0.055, 0.1, 7  # as documented

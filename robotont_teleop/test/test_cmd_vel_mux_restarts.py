@@ -26,9 +26,9 @@ def test_its_end_is_a_zero_and_an_emergency_stop_outlives_it():
         rospy.init_node("hand", disable_signals=True)
         master.load(WHEEL_PARAMS)
         master.node("driver_node")
-        packets, commands, drivers = [], [], []  # (time [s], whether it moves), [m/s], names
+        packets, commands, drivers = [], [], []  # whether it moves, [m/s], names
         for topic, kind, callback in (
-                ("serial_write", String, lambda message: packets.append((time.monotonic(), message.data != STOPPED))),
+                ("serial_write", String, lambda message: packets.append(message.data != STOPPED)),
                 ("cmd_vel", Twist, lambda message: commands.append(message.linear.x)),
                 ("cmd_vel/driven_by", String, lambda message: drivers.append(message.data))):
             rospy.Subscriber(topic, kind, callback, tcp_nodelay=True)
@@ -38,13 +38,13 @@ def test_its_end_is_a_zero_and_an_emergency_stop_outlives_it():
         RepeatingThread(lambda: command.publish(twist(next(speeds[-1]))) or 0.02)
 
         def moves():
-            wait_for(lambda: packets and packets[-1][1], "motion")
+            wait_for(lambda: packets and packets[-1], "motion")
 
         def moves_nothing(seconds):
             seen = len(commands)
             time.sleep(seconds)
             assert not any(commands[seen:])
-            assert not packets[-1][1]
+            assert not packets[-1]
         program = places.program("robotont_teleop", "cmd_vel_mux")
         mux = master.start(program)
         moves()
@@ -63,7 +63,3 @@ def test_its_end_is_a_zero_and_an_emergency_stop_outlives_it():
         moves_nothing(1.0)  # the hand has not let go yet
         speeds.append(itertools.cycle(5 * (0.0,) + 5 * (0.1,)))  # lets go, and drives
         moves()
-        pressed = time.monotonic()
-        button.publish(True)
-        stood = wait_for(lambda: next((at for at, moves in packets if at > pressed and not moves), None), "the stop")
-        assert stood - pressed < 0.05

@@ -33,8 +33,6 @@ from robotont_teleop.hand import emergency_stop_publisher
 emergency_stop_publisher.HELD = 0.0
 from robotont_teleop.{} import main
 main()"""  # a hand whose press can be released at once: else each of dozens would stand for a second
-TOPICS = ("/rosout", "/tf", "/diagnostics", "/odom", "/cmd_vel", "/cmd_vel/limited", "/cmd_vel/driven_by",
-          "/emergency_stop", "/emergency_stop/pressed_by", "/serial_write", "/serial_read", "/joint_states")
 
 
 def hand(module):
@@ -45,7 +43,7 @@ def hand(module):
 class Robot:
     """robot.launch on a stand-in board; a page, a terminal with keys, a button, and somebody who drives."""
 
-    def __init__(self, processes, disk, mux):
+    def __init__(self, processes, disk):
         self.processes = processes
         self.disk = disk  # of its own, which can be frozen, or None
         self.board = Board(str(processes.folder / "board"))
@@ -53,14 +51,14 @@ class Robot:
         self._reader, self.pipe = os.pipe()  # nobody reads
         port, given = free_port(), {"ROS_LOG_DIR": str(disk)} if disk else {}
         self.launch = processes.launch("robot.launch", f"port:={self.board.link}", "description:=false",
-                                       f"mux:={mux}", log=f"/dev/fd/{self.pipe}", **given)
+                                       log=f"/dev/fd/{self.pipe}", **given)
         self.rosout = processes.start(*find_node("rosout", "rosout"), **given)
-        self.command = rospy.Publisher("cmd_vel/default" if mux else "cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
+        self.command = rospy.Publisher("cmd_vel/default", Twist, queue_size=1, tcp_nodelay=True)
         self.button = rospy.Publisher("emergency_stop", Bool, queue_size=1, tcp_nodelay=True)
         wait_for(lambda: self.command.get_num_connections() and self.button.get_num_connections(), "the nodes",
                  timeout=60.0)
         self.server = processes.start(*hand("web.web_teleop_node"), f"_port:={port}", **given)
-        self.listener = processes.start(*find_node("rosbag", "record"), "-q", "-O", processes.folder / "bag", *TOPICS)
+        self.listener = processes.start(*find_node("rosbag", "record"), "-q", "-a", "-O", processes.folder / "bag")
         self.client = Client(port).__enter__()
         self.page = self.client.awaited_page()
         self.keys = Terminal(program=hand("hand.keyboard_teleop"))
@@ -131,13 +129,6 @@ class Robot:
             yield
 
 
-@pytest.fixture(scope="module")
-def master():
-    with Master() as processes:
-        rospy.init_node("hung_peers", anonymous=True, disable_signals=True)
-        yield processes
-
-
 @pytest.fixture
 def disk(tmp_path):
     """A disk of its own, which can be frozen; None where that is not allowed."""
@@ -155,14 +146,14 @@ def disk(tmp_path):
 
 
 @pytest.fixture
-def robot(request, master, disk):
-    robot = Robot(master, disk, request.param)
-    yield robot
-    robot.close()
+def robot(disk):
+    with Master() as processes:
+        rospy.init_node("hung_peers", anonymous=True, disable_signals=True)
+        robot = Robot(processes, disk)
+        yield robot
+        robot.close()
 
 
-@pytest.mark.parametrize("robot", [pytest.param(True, id="with mux"), pytest.param(
-    False, id="without mux", marks=pytest.mark.nightly)], indirect=True)
 def test_a_stop_waits_for_nobody(robot):
     robot.release()
     with robot.peers_hung():

@@ -15,7 +15,6 @@ from robotont_testing import places
 from robotont_testing.harness import Master, free_port, in_own_process, wait_for
 
 # Stand-ins of the packages joy and teleop_twist_joy, which Debian lacks; this test has the stick.
-JOY = "import signal\nsignal.pause()\n"
 TWIST = """import rospy
 from geometry_msgs.msg import Twist, Vector3
 from sensor_msgs.msg import Joy
@@ -33,7 +32,8 @@ rospy.spin()
 def test_the_hands_first():
     """Other tests have the robot first."""
     with Master() as master, Client(free_port()) as client:
-        for name, program, text in (("joy", "joy_node", JOY), ("teleop_twist_joy", "teleop_node", TWIST)):
+        for name, program, text in (("joy", "joy_node", "import signal; signal.pause()"),
+                                    ("teleop_twist_joy", "teleop_node", TWIST)):
             (master.folder / name).mkdir()
             (master.folder / name / "package.xml").write_text(f"<package><name>{name}</name></package>")
             (master.folder / name / program).write_text("#!/usr/bin/env python3\n" + text)

@@ -1,5 +1,7 @@
 """Who moves the robot, in virtual time."""
 
+from unittest.mock import MagicMock
+
 import pytest
 
 from robotont_teleop.hand.movers import RECENT, Movers
@@ -28,14 +30,8 @@ def test_who(commands, driven_by, who):
     assert movers.who("nobody", 10.2) == ("nobody", "")
 
 
-def test_who_starts_or_stops_while_it_is_asked_ends_nothing():
-    movers = Movers(PAGE, MUX)
-
-    class Heard(float):
-        """A time at whose comparison another thread has its turn."""
-
-        def __rsub__(self, now):
-            movers.hear("cmd_vel/hand", "/keys", True, now)
-            return now - float(self)
-    movers.hear("cmd_vel/hand", PAGE, True, Heard(10.0))
-    assert movers.who("hand", 10.1) == ("page", "")
+def test_who_starts_while_it_is_asked_ends_nothing():
+    movers, now = Movers(PAGE, MUX), MagicMock()  # a time at whose comparison another thread has its turn
+    now.__sub__.side_effect = lambda _at: movers.hear("cmd_vel/hand", "/keys", True, 10.1) or 0.1
+    movers.hear("cmd_vel/hand", PAGE, True, 10.0)
+    assert movers.who("hand", now) == ("page", "")

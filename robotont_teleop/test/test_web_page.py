@@ -105,8 +105,7 @@ navigator.getGamepads = () => [null, window.pad];""")
     page.run("window.dispatchEvent(new Event('gamepadconnected')) && 0")
     def push():
         """Again: a stick that is already held when the page first looks does not drive."""
-        page.run("(pad.axes = [0, 0, 0, 0]) && 0")
-        page.run("new Promise((done) => setTimeout(done, 200))")
+        page.run("(pad.axes = [0, 0, 0, 0]) && new Promise((done) => setTimeout(done, 200))")
         page.run("(pad.axes = [0, -1, 0, 0]) && 0")
         with contextlib.suppress(AssertionError):
             return wait_for(lambda: drives(served), "motion", 1.0)

@@ -17,9 +17,6 @@ def test_a_page_drives_and_its_silence_stops(timely):
     wait_for(lambda: timely.robot.sent[-1] == STOP, "the stop")
     assert time.monotonic() - start < 0.35
     assert timely.robot.sent == [(0.3, 0.1, -1.0), STOP]
-    page.drive(0.3)
-    wait_for(lambda: page.messages["state"]["held"], "the state")
-    assert timely.robot.sent[-1] == STOP
 
 
 def test_one_drives_and_the_others_watch_and_its_end_stops(served):

@@ -110,6 +110,16 @@ def test_what_is_no_file_is_refused_and_other_names_of_a_file_are_not_written_th
         assert (root / name).read_bytes() == b"# K\xfcche\nROBOTONT_ROBOT=robotont2\n"
 
 
+@pytest.mark.parametrize("left", [b"", bytes(400)])
+def test_a_configuration_without_words_as_a_loss_of_power_may_leave_it_is_made_anew(left, tmp_path):
+    install_robot(tmp_path, "robot:=robotont2")
+    conf = tmp_path / "etc/robotont/robot.conf"
+    before = conf.read_text()
+    conf.write_bytes(left)
+    install_robot(tmp_path, "robot:=robotont2")
+    assert conf.read_text() == before
+
+
 @pytest.mark.parametrize("good, addresses", [
     (False, ["300.1.1.1", "10.0.0.1.", "127.0.0.1", "0.0.0.0", "224.0.0.1", "localhost", "robot..local", "robot-.local",
              "robot local", ""]),

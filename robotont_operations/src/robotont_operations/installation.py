@@ -95,7 +95,7 @@ def install(files, links, robot, root):
             if path.is_symlink():
                 path.unlink()
             path.symlink_to(links[name])
-        elif name == KEPT and path.exists():
+        elif name == KEPT and path.exists() and read(path).strip("\0\n "):  # not what a loss of power may leave
             if not robot:
                 continue
             write_file(path, with_robot(read(path), robot))

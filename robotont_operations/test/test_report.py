@@ -4,6 +4,7 @@ import io
 import re
 import sys
 import tarfile
+from unittest.mock import Mock
 
 import pytest
 import yaml
@@ -50,6 +51,14 @@ def test_what_fails_or_of_which_nothing_may_be_kept_is_in_the_notes_and_a_small_
     assert "a.txt" not in notes
     assert "hunter22" not in notes
     assert re.search(r"r\.tar\.gz: [1-9][0-9]* kB;", said)
+
+
+def test_a_full_disk_is_told(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(report, "COMMANDS", {})
+    monkeypatch.setattr(report.Report, "text", Mock(side_effect=OSError(28, "No space left on device")))
+    monkeypatch.setattr(sys, "argv", ["report", "--output", str(tmp_path / "r.tar.gz")])
+    assert report.main() == 1
+    assert "No space left on device: --output FILE.tar.gz, and TMPDIR, where" in capsys.readouterr().err
 
 
 def test_versions_need_no_git(run, monkeypatch):

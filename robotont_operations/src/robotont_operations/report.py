@@ -198,12 +198,12 @@ def main():
                 part(*arguments)
             except Exception as error:  # whatever is wrong on this machine, the rest is wanted all the more
                 report.notes.append(f"the rest of {part.__name__}: {type(error).__name__}")
-        report.text("notes.txt", "".join(note + "\n" for note in report.notes) or "nothing is missing\n")
         try:
+            report.text("notes.txt", "".join(note + "\n" for note in report.notes) or "nothing is missing\n")
             with new_file(output, 0o600) as file, tarfile.open(fileobj=file, mode="w:gz") as archive:  # for its owner
                 archive.add(folder, arcname=Path(output).name.partition(".tar")[0])
         except OSError as error:
-            print(f"report: {output}: {error.strerror or error}: --output FILE.tar.gz where there is room",
+            print(f"report: {output}: {error.strerror or error}: --output FILE.tar.gz, and TMPDIR, where there is room",
                   file=sys.stderr)
             return 1
     for note in report.notes:

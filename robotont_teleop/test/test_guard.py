@@ -123,6 +123,9 @@ def test_what_was_ahead_is_on_the_right_once_the_robot_has_turned_to_the_left():
     show(guard, np.full(len(CAMERA), math.inf), 101.5, angles=CAMERA)
     assert speed_of(guard, now=101.5) == pytest.approx(HAND)
     assert speed_of(guard, (0.0, -0.8, 0.0), 101.5) == SLOW
+    show(guard, scan_of(0.2), 101.6, times=1)
+    assert guard.limit(AHEAD, 101.6) == STOP
+    assert "ahead, 0.05 m" in guard.held[1]
 
 
 @pytest.mark.parametrize(("farthest", "speed"), [(0.35, 0.639), (0.5, 0.885), (4.0, 2.211)])

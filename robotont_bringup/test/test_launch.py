@@ -47,6 +47,13 @@ def test_ctrl_c_while_a_program_loads_is_silent(tmp_path):
     assert (result.returncode, result.stderr) == (-2, "")
 
 
+def test_no_program_ends_at_a_letter_that_its_terminal_lacks():
+    code = "import robotont_driver.rospy_repairs.quiet_interrupt; print('30\\xb0 \\udcff')"
+    done = subprocess.run([sys.executable, "-c", code], check=False, text=True, capture_output=True,
+                          env={**os.environ, "PYTHONIOENCODING": "ascii"})
+    assert (done.stdout, done.stderr) == ("30\\xb0 \\udcff\n", "")
+
+
 @pytest.mark.parametrize("world, installed, words", [
     ("room", ["move_base"], "navigation.launch localization:=fake world:=room'"),
     ("empty", ["move_base"], ""), ("room", [], "")])

@@ -1,11 +1,7 @@
-"""Imported before all else by each program: Ctrl-C ends it without a traceback, also while it loads."""
+"""Imported before all else by each program: neither Ctrl-C nor a letter that a terminal lacks makes a traceback."""
 
 import sys
 
-
-def _hook(kind, error, trace):
-    if not issubclass(kind, KeyboardInterrupt):
-        sys.__excepthook__(kind, error, trace)
-
-
-sys.excepthook = _hook
+sys.excepthook = lambda kind, *rest: issubclass(kind, KeyboardInterrupt) or sys.__excepthook__(kind, *rest)
+for _stream in filter(None, (sys.stdout, sys.stderr)):
+    _stream.reconfigure(errors="backslashreplace")  # where a terminal, or its encoding, has no such letter

@@ -25,7 +25,7 @@ ROBOTONT_MSGS = Path(os.environ.get("ROBOTONT_MSGS",
                                     str(Path(__file__).parent / ".build/robotont_msgs/lib/python3/dist-packages")))
 
 # The longest files of each step of ./robotont test begin first: else one is left when all others are done.
-LONG = ("navigation_monitor", "test_web_teleop_node", "status", "goto", "simulator_node", "launches",
+LONG = ("test_web_teleop_node", "status", "goto", "simulator_node", "launches",
         "robotont_node", "stack", "simulator_drive", "official_boards", "serial_com_node",
         "test_web_page_looks", "test_nothing_is_left_running", "test_web_page", "test_robotont_script", "test_boot",
         "test_exercise", "test_navigation_launch", "test_fleet_access", "test_firmware_suites", "test_two_launches",

@@ -130,13 +130,13 @@ class TwoMachines(Processes):
         for port in ("bridge", *ADDRESSES):
             self._ip("switch", f"link set {port} up")
 
-    def block(self, name, rule, verdict="drop"):
-        """A firewall on a machine that drops or rejects what a rule of nftables (of its input) matches."""
+    def block(self, name, rule):
+        """A firewall on a machine that drops what a rule of nftables (of its input) matches."""
         if not shutil.which("nft"):
             raise NoMachinesError("no nft: sudo apt-get install nftables")
         for words in ("add table inet firewall",
                       "add chain inet firewall input { type filter hook input priority 0 ; }",
-                      f"add rule inet firewall input {rule} {verdict}"):
+                      f"add rule inet firewall input {rule} drop"):
             self.check(name, "nft", *words.split())
 
     def open_firewall(self, name):

@@ -6,7 +6,7 @@ import pytest
 import rosgraph
 
 from robotont_operations.health import ERROR, OK, STALE, WARN, Row, table, worst
-from robotont_operations.status import CALLER, nodes_alive, show
+from robotont_operations.status import CALLER, nodes_alive, restarts, show
 
 ALL = {"/driver_node": True, "/serial_com_node": True, "/odom_node": True}
 FINE = {
@@ -58,6 +58,11 @@ def test_of_robots_in_the_root_and_in_a_namespace_each_has_its_own_nodes_restart
         Row(OK, "link", "50 packets/s"),
         Row(ERROR, "robot2: nodes", "/robot2/driver_node does not answer; restarts of /robot2/driver_node: 3" + why),
         Row(ERROR, "robot2: link", "unplugged")]
+
+
+@pytest.mark.parametrize("uris", [{}, {"a": "http://127.0.0.1:1/", "b": 5}, 7, None])
+def test_of_a_roslaunch_that_does_not_answer_no_restart_is_known(uris):
+    assert restarts(SimpleNamespace(getParam=lambda _: uris)) == {}
 
 
 def test_a_node_that_ends_while_the_master_is_asked_is_none(monkeypatch):

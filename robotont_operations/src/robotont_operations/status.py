@@ -34,14 +34,13 @@ def nodes_alive(master):
 
 
 def restarts(master):
-    """{node: how often its roslaunch has started it again} of those that it had to. Raises as `nodes_alive`."""
-    uris = list(master.getParam("/roslaunch/uris").values()) if master.hasParam("/roslaunch/uris") else []
-
-    def processes(uri):
-        running, ended = probes.remote(uri, 1.0).list_processes()[2]
-        return running + ended  # of one that is gone, or of another program at its port: None
+    """{node: how often its roslaunch has started it again} of those that it had to."""
+    found, = probes.all_in_time(master.getParam, ["/roslaunch/uris"], 1.5)
+    uris = found.values() if isinstance(found, dict) else ()
+    # those that run and those that have ended; of a roslaunch that is gone, or of another program at its port: None
+    processes = probes.all_in_time(lambda uri: probes.remote(uri, 1.0).list_processes()[2], uris, 1.5)
     counts = collections.Counter()
-    for name, started in (pair for pairs in probes.all_in_time(processes, uris, 1.5) for pair in pairs or ()):
+    for name, started in (pair for kinds in processes for pairs in kinds or () for pair in pairs):
         counts["/" + name.rpartition("-")[0]] += started - 1
     return +counts  # those above 0
 

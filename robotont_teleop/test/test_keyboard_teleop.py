@@ -117,8 +117,9 @@ def test_space_is_the_emergency_stop_and_that_of_others_lets_go_of_the_keys_too(
     assert keys.sent["emergency_stop"] == [Bool(True), Bool(False)]
 
 
-@pytest.mark.parametrize("blank", ["\0", "\xa0", "\udca0", "\u3000", "\x1b[\xa0"])
+@pytest.mark.parametrize("blank", ["\0", "\xa0", "\udca0", "\u200c", "\u202f", "\u3000", "\x1b[\xa0"])
 def test_space_stops_whatever_key_is_held_with_it_and_in_other_encodings(keys, blank):
+    """Ctrl; Alt Gr, in Latin-1 too; Shift in Persian; Alt Gr and Shift in French; Japanese."""
     assert keys.type("w") != STOP
     assert keys.type(blank) == STOP
     assert keys.sent["emergency_stop"] == [Bool(True)]

@@ -85,7 +85,7 @@ def split_keys(text):
 
     Letters are small, whatever Caps Lock makes of them.
     """
-    text = re.sub("[\0\xa0\udca0\u3000]", EMERGENCY_STOP, text)  # with Ctrl, with Alt Gr (UTF-8, Latin-1), in Japanese
+    text = re.sub("[\0\xa0\udca0\u2000-\u200d\u202f\u3000]", EMERGENCY_STOP, text)  # with Ctrl, Alt Gr, Shift; wide
     begun = BEGUN.search(text)
     keys = [key.lower() if key[1:2] not in "[O" or len(key) == 1 else ARROWS.get(key[2:], "other")
             for key in KEY.findall(text[:begun.start()] if begun else text)]

@@ -120,9 +120,14 @@ def test_a_robot_that_waits_turns_around_now_and_then_to_see_whether_its_way_is_
 
 
 @pytest.mark.parametrize("when", ["waits, 3 of 60 s: move_base gave up (ABORTED): no way", "looks around"])
-def test_a_goal_that_waits_neither_turns_the_robot_nor_comes_back_once_move_base_pursues_another_one(move_base, when):
+@pytest.mark.parametrize("cancelled", [False, True])
+def test_a_goal_that_waits_neither_turns_the_robot_nor_comes_back_once_somebody_cancels_it_or_sends_one(
+        move_base, when, cancelled):
     def another(words):
-        if words == when:
+        if words == when and cancelled:
+            move_base.hear("move_base/cancel", GoalID(id="another's"))
+            move_base.later(1.0, move_base.hear, "move_base/cancel", GoalID())
+        elif words == when:
             move_base.later(1.0, move_base.others.append, GoalStatus(GoalID(id="another"), GoalStatus.ACTIVE, ""))
     move_base.goto._show = another
     assert move_base.goto.go(GOAL).status == Status.REPLACED

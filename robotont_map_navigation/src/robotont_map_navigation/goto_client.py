@@ -43,6 +43,7 @@ class GoTo:
         self._map = Newest("map", OccupancyGrid)
         self._trouble = Newest("localization/trouble", String, String())  # why the pose is wrong, of navigation_monitor
         self._status = Newest("move_base/status", GoalStatusArray, GoalStatusArray())
+        self._cancelled = Newest("move_base/cancel", GoalID)  # also by others
         self._pose = None      # (x [m], y [m], yaw [rad]) of the robot on the map, by move_base
         self._held = ""        # what has ended navigation's motion since this goal was sent, of navigation_monitor
         self._pressed_by = ""  # who presses the emergency stop, which cancels all goals
@@ -117,7 +118,7 @@ class GoTo:
                 if found and (found.status != Status.GAVE_UP or self._held or waited > patience):
                     return found
                 if found and self._is_replaced():
-                    return Outcome(Status.REPLACED, "another goal has taken its place")
+                    return Outcome(Status.REPLACED, "cancelled by somebody, or another goal has taken its place")
                 if found and min(waited, now - looked) > LOOK:
                     self._look_around()
                     looked = time.monotonic()
@@ -165,9 +166,11 @@ class GoTo:
         return self._left or self._handle.get_comm_state() == actionlib.CommState.DONE
 
     def _is_replaced(self):
-        """Whether move_base pursues a goal of somebody else, while this one waits."""
-        return any(one.status in (GoalStatus.PENDING, GoalStatus.ACTIVE) and one.goal_id.id != goal_id(self._handle)
-                   for one in self._status.message.status_list)
+        """Whether somebody has cancelled this goal while it waits, or move_base pursues one of somebody else."""
+        own, cancelled = goal_id(self._handle), self._cancelled
+        return (cancelled.came > self._sent and cancelled.message.id in ("", own)) or any(
+            one.status in (GoalStatus.PENDING, GoalStatus.ACTIVE) and one.goal_id.id != own
+            for one in self._status.message.status_list)
 
     def _end(self, goal, elapsed):
         """The Outcome of a goal that has ended."""

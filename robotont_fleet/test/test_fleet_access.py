@@ -33,7 +33,6 @@ def rig():
         added = fleet("--add", "r1", "r2", ROS_HOME=str(one.home))
         one.users = read_users(one.home / "robotont_fleet_users")
         home = one.folder / "robot's own"
-        home.mkdir()
         order = next(line for line in added.stdout.splitlines() if line.startswith("on r1: ")).partition(": ")[2]
         subprocess.run(["sh", "-c", order], check=True, env={**os.environ, "ROS_HOME": str(home)})
         assert setup.read_password(home / "robotont_fleet_password") == one.users["r1"]

@@ -22,7 +22,8 @@ for bag in bags:
     way = [message.pose.pose.position for _, message, _ in messages]
     if not way:
         parser.error(f"{bag}: no odom in it; record it by rosbag record -O way.bag odom")
-    plt.plot([place.x for place in way], [place.y for place in way], label=bag.stem)
+    plt.plot([place.x for place in way], [place.y for place in way], label=bag.stem,
+             marker="o", markevery=[0])  # where it starts
     print(f"{len(way)} poses: {picture}")
 plt.axis("equal")
 plt.title("odometry: where the robot believes it is")

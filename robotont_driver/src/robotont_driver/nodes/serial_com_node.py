@@ -98,4 +98,5 @@ class SerialComNode:
         """The port was opened, or lost with a message."""
         before = self._link.opened - (not trouble)  # the simulator's port comes a moment later
         again = "open again; what wheels have turned meanwhile is missing in the odometry" if before else "open"
-        (rospy.logwarn if before else rospy.loginfo)("%s", trouble or f"{self._port}: {again}")
+        words = f"{'' if before else 'waiting: '}{trouble}" if trouble else f"{self._port}: {again}"
+        (rospy.logwarn if before else rospy.loginfo)("%s", words)

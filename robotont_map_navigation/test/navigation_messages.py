@@ -1,20 +1,19 @@
-"""What tests of this folder share: a walled room as a map, transforms, and a stand-in for rospy's topics."""
+"""What tests of this folder share: a walled room as a map, scans, and a stand-in for rospy and time."""
 
 import math
 import sched
 import time
 from collections import defaultdict
-from types import SimpleNamespace
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import Transform, TransformStamped, Vector3
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
 from robotont_map_navigation import held, localization_check, map_clearing, navigation_monitor
-from robotont_map_navigation.readings import message_of, place_of
+from robotont_map_navigation.readings import COSTMAP, message_of, place_of
+from robotont_testing.bus import Bus, transform
 
 CELL = 0.05  # [m]
 
@@ -48,33 +47,17 @@ def scan_of(ranges, sees=8.0, stamp=None):
                      angle_increment=2 * math.pi / 90, range_min=0.05, range_max=sees, ranges=ranges)
 
 
-def transform(child, x, y, yaw=0.0):
-    """The transform of a frame at (x, y) [m], yaw [rad] on the map."""
-    place = Transform(Vector3(x, y, 0.0), message_of((x, y, yaw)).orientation)
-    return TransformStamped(Header(frame_id="map"), child, place)
-
-
-class Bus:
-    """Stands in for rospy's topics and parameters, without a master, and for time, which passes while somebody sleeps.
-
-    sent: messages by topic; latched: topics whose newest message those hear who come late; now: [s].
-    """
+class TimedBus(Bus):
+    """A `Bus` of which time.monotonic and time.sleep are the time, too."""
 
     def __init__(self, monkeypatch):
-        self.now, self.sent, self._listeners, self.latched = 100.0, defaultdict(list), defaultdict(list), set()
+        super().__init__(monkeypatch)
+        self.connections = defaultdict(lambda: 1)
+        self.parameters[COSTMAP + "robot_radius"] = 0.16
         self._due = sched.scheduler(lambda: self.now, lambda _: None)
-        for owner, name, stand_in in (
-                (rospy, "Subscriber", lambda topic, _, callback, **__: self._listeners[topic].append(callback)),
-                (rospy, "Publisher", self._publisher),
-                (rospy, "get_namespace", lambda: "/"), (rospy, "get_rostime", lambda: rospy.Time.now()),
-                (rospy, "get_param", lambda name, default: 0.16 if "radius" in name else default),
-                (rospy.Time, "now", lambda: rospy.Time.from_sec(self.now)),
-                (time, "monotonic", lambda: self.now), (time, "sleep", self.sleep)):
+        for owner, name, stand_in in ((rospy, "get_rostime", lambda: rospy.Time.now()),
+                                      (time, "monotonic", lambda: self.now), (time, "sleep", self.sleep)):
             monkeypatch.setattr(owner, name, stand_in)
-
-    def _publisher(self, topic, *_, latch=False, **__):
-        self.latched |= {topic} if latch else set()
-        return SimpleNamespace(publish=lambda message: self.publish(topic, message), get_num_connections=lambda: 1)
 
     def sleep(self, seconds):
         """Let time pass, with what was put off until then."""
@@ -86,21 +69,17 @@ class Bus:
             self.now += step
         self.now = end
 
+    def hear(self, topic, message):
+        """What comes on a topic; these nodes may ask the master meanwhile."""
+        for callback in self.heard_by[topic]:
+            callback(message)
+
     def later(self, seconds, function, *given):
         """Call a function then."""
         self._due.enter(seconds, 0, function, given)
 
-    def publish(self, topic, message):
-        """Called for what is published."""
-        self.sent[topic].append(message)
 
-    def hear(self, topic, message):
-        """What comes on a topic."""
-        for callback in self._listeners[topic]:
-            callback(message)
-
-
-class Monitor(Bus):
+class Monitor(TimedBus):
     """navigation_monitor in a room of 6 m x 2 m around the origin, (OK, words, values) by the subject of its `reports`.
 
     places: Transform by frame.
@@ -131,5 +110,5 @@ class Monitor(Bus):
 
     def stand(self, x, y, yaw, odometry=0.0):
         """Where the localization has the robot, whose sensor is in its middle, and x [m] where its odometry begins."""
-        here = transform("", x, y, yaw).transform
-        self.places = {"laser": here, "base_link": here, "odom": transform("", odometry, 0.0).transform}
+        here = transform("", "", x, y, yaw).transform
+        self.places = {"laser": here, "base_link": here, "odom": transform("", "", odometry, 0.0).transform}

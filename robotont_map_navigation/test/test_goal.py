@@ -4,7 +4,7 @@ import pytest
 import rospy
 from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseActionFeedback
-from navigation_messages import Bus
+from navigation_messages import TimedBus
 
 from robotont_map_navigation.arrival import ARRIVED, STAYS, Arrival
 from robotont_map_navigation.goal import Goal, Status, outcome
@@ -52,7 +52,7 @@ def test_every_end_has_a_status_and_words(state, text, pose, status, words):
 
 
 def test_the_planners_tolerance_is_wide_from_the_arrival_to_the_next_goal(monkeypatch):
-    bus, feedback, heard = Bus(monkeypatch), MoveBaseActionFeedback(), []
+    bus, feedback, heard = TimedBus(monkeypatch), MoveBaseActionFeedback(), []
 
     def service(name, _kind):
         assert name == "move_base/DWAPlannerROS/set_parameters"

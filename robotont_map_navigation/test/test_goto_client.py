@@ -6,7 +6,7 @@ import pytest
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from move_base_msgs.msg import MoveBaseActionResult
-from navigation_messages import Bus, grid, walled
+from navigation_messages import TimedBus, grid, walled
 from std_msgs.msg import String
 
 from robotont_map_navigation.goal import Goal, Status
@@ -18,7 +18,7 @@ ILL = DiagnosticArray(status=[DiagnosticStatus(name="link", level=DiagnosticStat
                               DiagnosticStatus(name="driver", level=DiagnosticStatus.WARN, message="slow")])
 
 
-class MoveBase(Bus):
+class MoveBase(TimedBus):
     """Stands in for move_base, too, which ends each goal before its sender goes on, or later."""
 
     def __init__(self, monkeypatch):

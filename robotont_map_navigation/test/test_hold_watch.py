@@ -11,7 +11,7 @@ from geometry_msgs.msg import Point, Pose, PoseStamped, PoseWithCovariance, Quat
 from nav_msgs.msg import Odometry
 from navigation_messages import Monitor
 from sensor_msgs import point_cloud2
-from std_msgs.msg import Header, String
+from std_msgs.msg import Float32, Header, String
 
 from robotont_driver.command.limits import Limits, limit_acceleration
 from robotont_driver.kinematics.wheel_params import WHEEL_MASS
@@ -112,22 +112,22 @@ def test_what_holds_the_robot_ends_navigations_goals_and_a_new_one_tries_again(m
     drive("hand", 1.0)
     assert (stands, ended) == ([], [])
     drive("navigation", 0.4)
-    assert (stands, ended) == ([STAND], [])
+    assert (stands, ended) == ([Float32(STAND)], [])
     xs, _, _ = zip(*point_cloud2.read_points(felt[-1]))
     assert min(xs) > 0.15
     drive("navigation", 1.5)
     assert (len(stands), len(ended)) == (TRIES, 1)
     level, words, _ = monitor.reports["motion"]()
-    assert (level, words) == (ERROR, told[-1])
+    assert (level, words) == (ERROR, told[-1].data)
     assert words.startswith("something holds the robot")
     monitor.sleep(1.0)
     assert not felt[-1].width, "a cloud of nothing: else costmaps would never forget the one before"
     monitor.hear("move_base/current_goal", PoseStamped())
-    assert told[-1] == ""
+    assert told[-1] == String("")
     drive("navigation", 3.0)
     assert monitor.reports["motion"]()[0] == ERROR
     drive("hand", 0.1)
-    assert (monitor.reports["motion"]()[:2], told[-1]) == ((OK, "as commanded"), "")
+    assert (monitor.reports["motion"]()[:2], told[-1]) == ((OK, "as commanded"), String(""))
 
 
 def test_the_way_to_what_was_touched_is_barred_until_the_robot_has_left_it(monkeypatch):

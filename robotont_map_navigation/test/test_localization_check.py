@@ -28,7 +28,7 @@ class Seeing(Monitor):
             if ranges is not None:
                 self.hear("scan", scan_of(ranges))
             self.sleep(LOOK_PERIOD)
-        return (*self.reports["localization"]()[:2], self.sent["localization/trouble"][-1])
+        return (*self.reports["localization"]()[:2], self.sent["localization/trouble"][-1].data)
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Quaternion, Transform, Twist
 from nav_msgs.msg import OccupancyGrid
-from navigation_messages import ANGLES, CELL, Bus, ranges_in_box, scan_of, transform, walled
+from navigation_messages import ANGLES, CELL, TimedBus, ranges_in_box, scan_of, walled
 
 from robotont_driver.kinematics.se2 import between, compose, pose_of
 from robotont_map_navigation import relocalize
@@ -14,6 +14,7 @@ from robotont_map_navigation.floor_map import FloorMap
 from robotont_map_navigation.goal import Status
 from robotont_map_navigation.readings import rays_of
 from robotont_map_navigation.scan_fit import fit, fit_nearby, search
+from robotont_testing.bus import transform
 
 MAP = FloorMap(walled(40, 80), CELL, (-1.0, -1.0, 0.0))
 BOX = -0.95, 2.95, -0.95, 0.95  # [m] the walls' inner faces of MAP
@@ -110,7 +111,7 @@ def test_a_right_pose_is_not_given_up_for_a_cupboard_that_has_moved():
     assert abs(math.remainder(yaw, 2 * math.pi)) < 0.06
 
 
-class Turning(Bus):
+class Turning(TimedBus):
     """A robot, at a place inside a room, that turns as it is told, unless something holds it; and relocalize."""
 
     base, odometry = "base_link", "odom"
@@ -132,7 +133,7 @@ class Turning(Bus):
         self.hear("scan", scan_of(np.hypot(*look(self.floor_map, self.pose)[0]), stamp=self.yaw))
 
     def look_up(self, _frame, _child, stamp):
-        return transform("", 0.0, 0.0, stamp).transform
+        return transform("", "", yaw=stamp).transform
 
     def robot_in(self, frame):
         told = [pose_of(message.pose.pose) for message in self.sent["initialpose"] if self.amcl]

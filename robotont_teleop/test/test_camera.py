@@ -1,9 +1,9 @@
 """Pictures of a camera: the newest, while somebody wants to see them."""
 
-from bus import Bus
 from sensor_msgs.msg import CompressedImage
 
 from robotont_teleop.web import camera
+from robotont_testing.bus import Bus
 
 JPEG = b"\xff\xd8 a picture "
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import rospy
 from actionlib_msgs.msg import GoalID
-from bus import Bus
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from guarded_drive import WHEELS
 from nav_msgs.msg import Odometry
@@ -20,6 +19,7 @@ from tf2_msgs.msg import TFMessage
 from robotont_driver.parameters.parameters import ParameterError
 from robotont_driver.ros.diagnostics import OK, WARN
 from robotont_teleop.mux import cmd_vel_mux, guard_sensors
+from robotont_testing.bus import Bus
 from robotont_testing.node_test import twist
 
 HAND, NAVIGATION, STOP = (0.1, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.0)

@@ -8,7 +8,6 @@ from unittest.mock import Mock
 
 import rosgraph
 import rospy
-from bus import Bus
 from rosgraph.network import read_ros_handshake_header, write_ros_handshake_header
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger, TriggerResponse
@@ -16,6 +15,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 from robotont_teleop.hand import emergency_stop_publisher, service_request
 from robotont_teleop.hand.emergency_stop_publisher import HELD, EmergencyStopPublisher
 from robotont_teleop.hand.service_request import OLDEST, ServiceRequest
+from robotont_testing.bus import Bus
 from robotont_testing.harness import Master, in_own_process, suspended, wait_for
 from robotont_testing.robots import WHEEL_PARAMS
 

@@ -1,10 +1,10 @@
 """The chain of frames from the map to the robot, and to its sensors."""
 
 import pytest
-from bus import transform
 from geometry_msgs.msg import Quaternion
 
 from robotont_teleop.web.frame_chain import FrameChain
+from robotont_testing.bus import transform
 
 
 def test_the_chain_holds_the_robots_frames_only_without_the_namespace():

@@ -5,11 +5,11 @@ import itertools
 from types import SimpleNamespace
 
 import pytest
-from bus import Bus
 from rospy.msg import deserialize_messages, serialize_message
 from sensor_msgs.msg import Joy
 
 from robotont_teleop.hand import joy_watch
+from robotont_testing.bus import Bus
 
 STOP, DEAD_MAN, RELEASE = 1, 4, 7
 

@@ -4,13 +4,13 @@ import os
 from types import SimpleNamespace
 
 import pytest
-from bus import Bus, waiting_for_nobody
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool, String
 
 from robotont_teleop.hand import emergency_stop_publisher, keyboard_teleop, robot_reports
+from robotont_testing.bus import Bus, waiting_for_nobody
 
 STOP = (0.0, 0.0, 0.0)
 

@@ -1,7 +1,6 @@
 """A page shows the faults of its own robot, among several on one master."""
 
 import pytest
-from bus import Bus, transform
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
@@ -10,6 +9,7 @@ from tf2_msgs.msg import TFMessage
 from robotont_teleop.hand import robot_reports
 from robotont_teleop.hand.robot_reports import RobotReports
 from robotont_teleop.web import frame_chain
+from robotont_testing.bus import Bus, transform
 
 TOLD = [DiagnosticStatus(name=name, hardware_id=robot, level=2, message="/dev/x: no such file",
                          values=[KeyValue("board", robot)]) for name, robot in (

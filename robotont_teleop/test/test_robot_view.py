@@ -4,7 +4,6 @@ from unittest.mock import Mock
 
 import pytest
 from actionlib_msgs.msg import GoalID
-from bus import Bus, transform
 from guarded_drive import WHEELS
 from nav_msgs.msg import OccupancyGrid, Odometry
 from sensor_msgs.msg import Range
@@ -16,6 +15,7 @@ from robotont_description.geometry import body
 from robotont_map_navigation.goal import Goal, Outcome, Status
 from robotont_teleop.hand import emergency_stop_publisher, robot_reports
 from robotont_teleop.web import camera, newest_goal, robot_view
+from robotont_testing.bus import Bus, transform
 from robotont_testing.node_test import twist
 
 

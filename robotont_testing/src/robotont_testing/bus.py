@@ -6,15 +6,14 @@ import pydoc
 import threading
 from collections import defaultdict
 from types import SimpleNamespace
+from unittest.mock import patch
 
-import pytest
 import rosgraph
 import rospy
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header
 
-from robotont_driver.rospy_repairs.dropping_publisher import DroppingPublisher
-
+DROPPING = "robotont_driver.rospy_repairs.dropping_publisher.DroppingPublisher.__init__"
 WAITING = ("time.sleep", "builtins.open", "rosgraph.Master", "rospy.get_param", "rospy.set_param", "rospy.ServiceProxy",
            "rospy.wait_for_service", "xmlrpc.client.ServerProxy", "subprocess.Popen", "threading.Thread.join")
 
@@ -29,9 +28,9 @@ def waiting_for_nobody():
             assert threading.get_ident() != own, "a callback of a command or a stop waits"
             return function(*given, **named)
         return wait
-    with pytest.MonkeyPatch.context() as patch:
+    with contextlib.ExitStack() as patches:
         for name in WAITING:
-            patch.setattr(name, refused_here(pydoc.locate(name)))
+            patches.enter_context(patch(name, refused_here(pydoc.locate(name))))
         yield
 
 
@@ -41,6 +40,7 @@ class Bus:
     def __init__(self, monkeypatch, *modules):
         self.now = 100.0               # [s]
         self.sent = defaultdict(list)  # messages by topic
+        self.latched = set()           # topics whose newest message those hear who come late
         self.heard_by = defaultdict(list)       # callbacks by topic
         self.options = {}              # of subscribers, by topic
         self.connections = defaultdict(int)     # from and to others, by topic
@@ -59,8 +59,7 @@ class Bus:
         monkeypatch.setattr(rosgraph, "Master", lambda _: SimpleNamespace(
             getSystemState=lambda: (list(self.publishers.items()), [], [])))
         monkeypatch.setattr(rospy.Time, "now", lambda: rospy.Time.from_sec(self.now))
-        monkeypatch.setattr(DroppingPublisher, "__init__", lambda publisher, *given: vars(publisher).update(
-            vars(self._publisher(*given))))
+        monkeypatch.setattr(DROPPING, lambda publisher, *given: vars(publisher).update(vars(self._publisher(*given))))
         for module in modules:
             for name, stand_in in (("boot_time", lambda: self.now), ("RepeatingThread", self.work.append),
                                    ("Health", self._health), ("is_local", lambda *_: True),
@@ -74,9 +73,14 @@ class Bus:
             for callback in self.heard_by[topic]:
                 callback(message)
 
-    def _publisher(self, topic, kind, **_):
-        def publish(message):
-            self.sent[topic].append(message if isinstance(message, kind) else kind(message))
+    def publish(self, topic, message):
+        """Called for what is published."""
+        self.sent[topic].append(message)
+
+    def _publisher(self, topic, kind, latch=False, **_):
+        def publish(given):
+            self.publish(topic, given if isinstance(given, kind) else kind(given))
+        self.latched |= {topic} if latch else set()
         return SimpleNamespace(publish=publish, get_num_connections=lambda: self.connections[topic])
 
     def _subscriber(self, topic, _kind, callback, *given, **options):

@@ -72,8 +72,7 @@ class GoTo:
     def go(self, goal, patience=PATIENCE):
         """Send the robot to a Goal; its Outcome.
 
-        Where the robot gets nowhere the goal waits for `patience` [s], beside the looks around, and goes on by itself;
-        with 0 move_base decides.
+        Where the robot gets nowhere the goal waits for `patience` [s], and goes on by itself; with 0 move_base decides.
         """
         refused = self.check(goal)
         if not refused:
@@ -122,7 +121,6 @@ class GoTo:
                 if found and min(waited, now - looked) > LOOK:
                     self._look_around()
                     looked = time.monotonic()
-                    since += looked - now
                     continue
                 with self._lock:
                     if found and not self._left:  # what made move_base give up may pass: a door, a cable, a sensor

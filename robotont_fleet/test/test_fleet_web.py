@@ -121,7 +121,7 @@ def test_stop_all_shows_who_stands_until_all_are_let_go_and_a_click_sends_a_robo
         page.wait("document.querySelectorAll('.card').length === 3", "three robots")
         page.tap("#stop_all")
         page.wait("document.getElementById('stopping').textContent.includes('Still asking: robot2.')", "who is missing")
-        assert page.text("#stop_words").startswith("STOP: 2 of 3 stand by it.")
+        assert page.text("#stop_words").startswith("STOP: 2 of 3 have stopped.")
         assert page.text("#need") == "1 need somebody"
         assert page.text(".card h2") == "robot2"
         page.tap(".card:nth-child(2) .goal")

@@ -44,7 +44,8 @@ HELD = 1.0               # [s] for which it is told what was in the way
 LOOK_PERIOD = 0.02       # [s] between two looks at who has fallen silent, at most
 LONGEST_STAND = 2.0      # [s] for which navigation can be told to stand; more is a mistake
 BARRED = 1.0             # [s] for which a way is barred to navigation, when nothing more is heard of it
-LITTLE = 0.05            # [m/s], [rad/s] a command of which less is left asks to go there, not past
+ASIDE, STRAIGHT = 0.2, 0.9  # cosines of the angle to that way: less and a motion passes it, more and it tries
+LITTLE = 0.05            # [rad/s] a slower turn is none
 PUBLISHERS_PERIOD = 2.0  # [s] between two looks at who else publishes cmd_vel
 
 
@@ -98,7 +99,7 @@ class CmdVelMux:
                 self._outdated += 1
                 return
             if name == "navigation" and now - self._barred[1] < BARRED:
-                twist = without(twist, self._barred[0])
+                twist = beside(twist, self._barred[0])
             twists = self._arbiter.command(name, twist, now, header.get("callerid", ""))
             stopped_meanwhile = boot_time() - now >= self._timeouts[name]  # this process, since it has judged the age
             self._send([STOP] if stopped_meanwhile else twists)
@@ -205,6 +206,8 @@ class CmdVelMux:
             refusal, self._refusal = self._refusal, ""
             pressed_by = self._pressed_by if arbiter.locked else ""
         warnings = (
+            # driver_node alone publishes who presses the stop
+            not self._driver_node.get_num_connections() and "no driver_node hears its commands",
             pressed_by and f"emergency stop, pressed by {pressed_by}",
             self._others and (driver in self._timeouts or len(self._others) > 1) and
             f"{', '.join(self._others)} also on cmd_vel: commands mix (cmd_vel:=cmd_vel/default)",
@@ -212,8 +215,6 @@ class CmdVelMux:
             refusal and "command refused: " + refusal,
             barred and f"{', '.join(barred)} must stop once after the emergency stop before driving; or call "
                        f"{rospy.get_name()}/give_back",
-            # driver_node alone publishes who presses the stop
-            not self._driver_node.get_num_connections() and "no driver_node hears its commands",
         )
         words = next(filter(None, warnings), "")
         return (WARN, words, values) if words else (OK, f"drives: {driver}", values)
@@ -229,14 +230,15 @@ class CmdVelMux:
         return OK if well else WARN, words, {}
 
 
-def without(twist, way):
-    """A twist without its part along `way` (x, y of a unit vector); all of it where LITTLE would be left.
+def beside(twist, way):
+    """A twist that does not lean on what lies in a `way` (x, y of a unit vector): it turns first, then goes past.
 
-    So a robot that has touched something turns or passes without leaning on it, and straight on it may try again.
+    All of it where it leads straight there without a turn: whether it can shows by trying.
     """
-    along = max(0.0, twist[0] * way[0] + twist[1] * way[1])
-    left = twist[0] - along * way[0], twist[1] - along * way[1], twist[2]
-    return left if max(map(abs, left)) > LITTLE else twist
+    x, y, turn = twist
+    share = (x * way[0] + y * way[1]) / max(math.hypot(x, y), 1e-9)
+    tries = share > STRAIGHT and abs(turn) < LITTLE
+    return (0.0, 0.0, turn) if share > ASIDE and not tries else twist
 
 
 def main():

@@ -37,7 +37,7 @@ FELT_AT = (0.0, 0.05), (0.06, 0.15)
 # [rad] from the direction of travel, where it may be: so little that a camera at the front sees past it, or no scan
 # would ever clear it
 FRONT = -0.1, 0.0, 0.1
-PASSED = 0.05, 10.0  # [m] driven, or [s] gone by, since a touch, after which nothing is barred any more
+PASSED = 0.05, 5.0  # [m] driven, or [s] gone by, since a touch, after which nothing is barred any more
 PERIOD = 1.0  # [s] between two clouds: a costmap counts the age of what is felt up to the newest one, and forgets then
 
 

@@ -44,7 +44,7 @@ HELD = 1.0               # [s] for which it is told what was in the way
 LOOK_PERIOD = 0.02       # [s] between two looks at who has fallen silent, at most
 LONGEST_STAND = 2.0      # [s] for which navigation can be told to stand; more is a mistake
 BARRED = 1.0             # [s] for which a way is barred to navigation, when nothing more is heard of it
-ASIDE, STRAIGHT = 0.2, 0.9  # cosines of the angle to that way: less and a motion passes it, more and it tries
+ASIDE, STRAIGHT = 0.4, 0.9  # cosines of the angle to that way: less and a motion passes it, more and it tries
 LITTLE = 0.05            # [rad/s] a slower turn is none
 PUBLISHERS_PERIOD = 2.0  # [s] between two looks at who else publishes cmd_vel
 

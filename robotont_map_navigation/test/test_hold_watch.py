@@ -16,7 +16,7 @@ from std_msgs.msg import Float32, Header, String
 from robotont_driver.command.limits import Limits, limit_acceleration
 from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_map_navigation.held import FELT, FELT_AT, FREE, FRONT, LAG, STAND, TRIES, HoldWatch
+from robotont_map_navigation.held import FELT, FELT_AT, FREE, FRONT, LAG, PASSED, STAND, TRIES, HoldWatch
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing import places
@@ -152,6 +152,8 @@ def test_the_way_to_what_was_touched_is_barred_until_the_robot_has_left_it(monke
     assert drive(math.pi / 2) == pytest.approx((math.sqrt(0.5), -math.sqrt(0.5)))
     known = len(barred)
     drive(x=1.1, seconds=0.1)
+    monitor.sleep(PASSED[1])
+    drive(seconds=0.1)
     assert len(barred) == known
 
 

@@ -29,13 +29,10 @@ class NotedRobot:
     name = "Robotont"
 
     def __init__(self):
-        self.sent = []
-        self.orders = []
+        self.sent, self.orders = [], []
+        self.send = self.sent.append
         self.told = {}  # what differs, of its state and of its status
         self.emergency_stop = SimpleNamespace(press=self._press, release=self._release, pressed=False, pressed_at=0.0)
-
-    def send(self, twist):
-        self.sent.append(twist)
 
     def __getattr__(self, name):
         if name not in ("goal", "cancel", "give_back", "reset_odometry"):

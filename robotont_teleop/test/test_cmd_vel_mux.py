@@ -172,6 +172,17 @@ def test_navigation_only_turns_while_it_would_lean_on_what_is_in_a_barred_way_bu
     assert mux.drive("navigation", 0.0, 0.1, -1.0) == (0.0, 0.1, -1.0)
 
 
+def test_who_has_to_stop_first_has_not_stopped_because_a_way_is_barred(mux):
+    mux.drive("navigation", *NAVIGATION)
+    for by in ("/somebody", ""):
+        mux.hear("emergency_stop/pressed_by", String(by))
+    mux.hear("navigation/barred", Vector3(1.0, 0.0, 0.0))
+    for _ in range(3):
+        assert mux.drive("navigation", 0.1, 0.1, 0.0) == STOP
+        assert mux.drive("navigation", 0.0, 0.0, 1.0) == STOP
+    assert "must stop once" in mux.says("who drives")[1]
+
+
 SENSORS = [TransformStamped(Header(frame_id="base_link"), name, Transform(Vector3(*place), Quaternion(*turn)))
            for name, place, turn in (("laser", (0.0, 0.0, 0.2), (0.0, 1.0, 0.0, 0.0)),
                                      ("sonar", (0.0, 0.1, 0.1), (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))))]

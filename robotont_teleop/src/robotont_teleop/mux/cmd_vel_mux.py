@@ -98,8 +98,6 @@ class CmdVelMux:
             if not self._arrivals.are_new(header, now) and twist != STOP:
                 self._outdated += 1
                 return
-            if name == "navigation" and now - self._barred[1] < BARRED:
-                twist = beside(twist, self._barred[0])
             twists = self._arbiter.command(name, twist, now, header.get("callerid", ""))
             stopped_meanwhile = boot_time() - now >= self._timeouts[name]  # this process, since it has judged the age
             self._send([STOP] if stopped_meanwhile else twists)
@@ -148,9 +146,15 @@ class CmdVelMux:
 
     def _send(self, twists):
         for twist in twists:
-            guarded = self._guard and self._arbiter.driver == "hand"
-            sent = self._guarded = self._guard.limit(twist, boot_time()) if guarded else twist
-            self._publisher.send(sent)
+            self._guarded = self._allowed(twist, boot_time())
+            self._publisher.send(self._guarded)
+
+    def _allowed(self, twist, now):
+        """What may go out of a twist. Behind the arbiter: a zero that comes of it is none of its sender."""
+        driver = self._arbiter.driver
+        if driver == "hand" and self._guard:
+            return self._guard.limit(twist, now)
+        return beside(twist, self._barred[0]) if driver == "navigation" and now - self._barred[1] < BARRED else twist
 
     def _slower(self, now):
         """[the hand's newest command], when the guard allows less of it by now than it did."""

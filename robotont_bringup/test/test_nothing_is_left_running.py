@@ -108,7 +108,9 @@ def test_a_holder_within_another_leaves_no_folder_though_its_keeper_was_killed(t
     with subprocess.Popen([sys.executable, "-c", outer, sys.executable, "-c", inner], env=environment, text=True,
                           stdout=subprocess.PIPE) as holder:
         folder = holder.stdout.readline().strip()
-        keeper, = [pid for pid, words in programs(mark).items() if {"lifeline.py", Path(folder).name} <= words]
+        # a program that has just begun has no environment in /proc for a moment
+        keeper, = wait_for(lambda: [pid for pid, words in programs(mark).items()
+                                    if {"lifeline.py", Path(folder).name} <= words], "the keeper", 60.0, 0.1)
         os.kill(keeper, signal.SIGKILL)
         holder.kill()
     wait_for(lambda: not programs(mark) and not list(tmp_path.iterdir()), "the end of all", 60.0, 0.1)

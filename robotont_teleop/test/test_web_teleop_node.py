@@ -39,14 +39,18 @@ def test_its_end_amid_a_rush_of_commands_is_a_zero():
         page = client.ready_page()
 
         def rush_of_commands():
-            """At once, and again each second, for those that come too late do not drive; until the page is closed."""
+            """At once, and again each second, for those that come too late do not drive; until the page is closed.
+
+            Each behind a zero: whose commands ended amid motion has to let go of its sticks before it drives again.
+            """
             while not page.closed:
+                page.drive()
                 page.send(*[{"kind": "drive", "time": page.time, "x": 0.3, "y": 0.0, "turn": 0.0}] * RUSH)
                 time.sleep(1.0)
         rush = threading.Thread(target=rush_of_commands)
         rush.start()
         # not without a pause: that takes the rush its time, and commands that come too late do not drive
-        wait_for(lambda: len(heard) > 20, "the commands", period=0.001)
+        wait_for(lambda: sum(map(bool, heard)) > 20, "the commands", period=0.001)
         assert master.stop(server, signal.SIGTERM) == 0, "it has not ended by itself"
         rush.join()
         wait_for(lambda: heard[-1] == 0.0, "the zero")

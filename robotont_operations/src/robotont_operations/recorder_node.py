@@ -1,7 +1,6 @@
 """The ROS side of the black box: the messages of the last minute before a fault."""
 
 import math
-import sys
 import threading
 import time
 
@@ -9,7 +8,7 @@ import rospy
 
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
-from robotont_driver.ros.lifecycle import run_without_wheels
+from robotont_driver.ros.lifecycle import refuse, run_without_wheels
 from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_driver.rospy_repairs.rospy_internals import connection_header, serialized
 from robotont_operations.black_box_files import BlackBox, Record
@@ -30,7 +29,10 @@ class RecorderNode:
     """Gathers messages and hands them to the black box once a period."""
 
     def __init__(self, parameters):
-        self._box = BlackBox(parameters["folder"], parameters["keep"])
+        try:
+            self._box = BlackBox(parameters["folder"], parameters["keep"])
+        except OSError as error:
+            refuse([f"~folder: found {error}, allowed: a folder that this user may write to"])
         self._lock = threading.Lock()
         self._writing = threading.Lock()
         self._records = []
@@ -95,8 +97,4 @@ class RecorderNode:
 
 def main():
     """Run recorder_node."""
-    try:
-        run_without_wheels("recorder_node", RecorderNode, PARAMETERS)
-    except OSError as error:
-        rospy.logfatal("cannot record: %s: set ~folder to one that this user may write to", error)
-        sys.exit(1)
+    run_without_wheels("recorder_node", RecorderNode, PARAMETERS)

@@ -45,7 +45,7 @@ def master_answers(uri):
     own = own_address_towards(address) or "THE_ADDRESS_OF_THIS_MACHINE"
     let_in = f"there, sudo ufw allow from {own} (ROS 1 needs all TCP ports above 1023)"
     try:
-        _, _, _ = probes.remote(uri, 1.0).getPid(CALLER)
+        _, _, _ = probes.ask(uri, 2.0, "getPid", CALLER)
         return "", address
     except ConnectionRefusedError:
         words = (f"no process listens at port {port} of this machine itself (ROS_MASTER_URI={uri}): on a laptop: "
@@ -56,7 +56,7 @@ def master_answers(uri):
                      f"there; else {let_in}")
     except (ConnectionError, http.client.HTTPException, xmlrpc.client.Error, ExpatError, TypeError, ValueError) as why:
         words = f"{where} port {port} answers, but not as a ROS master ({why}): check the port in ROS_MASTER_URI"
-    except OSError:
+    except (OSError, probes.TimeoutError):
         words = (f"no answer from {where} port {port}: is it switched on, in this network, its cable in (look at 'ip "
                  f"address')? ping {address}. If that answers, its firewall: {let_in}")
     return "master unreachable: " + words, address
@@ -94,18 +94,18 @@ def calls_back(uri, master, announced):
     with xmlrpc.server.SimpleXMLRPCServer(("0.0.0.0", 0), logRequests=False) as server:
         server.register_function(lambda *_: called.set() or (1, "", 0), "publisherUpdate")
         threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True).start()
-        here, calls = f"http://{announced}:{server.server_address[1]}/", probes.remote(uri, 1.0)
+        here = f"http://{announced}:{server.server_address[1]}/"
         try:
-            calls.registerSubscriber(caller, topic, "std_msgs/Empty", here)
-            calls.registerPublisher(caller, topic, "std_msgs/Empty", here)
+            for call in ("registerSubscriber", "registerPublisher"):
+                probes.ask(uri, 1.0, call, caller, topic, "std_msgs/Empty", here)
             if called.wait(PATIENCE):
                 return GOOD, "the master's machine reaches this one"
         except probes.RPC_ERRORS:
             return FAULT, "master unreachable: it stopped answering in mid-check: check the Wi-Fi or the cable"
         finally:
-            with contextlib.suppress(*probes.RPC_ERRORS):
-                calls.unregisterSubscriber(caller, topic, here)
-                calls.unregisterPublisher(caller, topic, here)
+            for call in ("unregisterSubscriber", "unregisterPublisher"):
+                with contextlib.suppress(*probes.RPC_ERRORS):
+                    probes.ask(uri, 1.0, call, caller, topic, here)
             server.shutdown()
     if announced == own:
         return FAULT, (f"one-way traffic: this machine reaches {master}, but not the other way round (at {own}): on "

@@ -9,8 +9,8 @@ import xmlrpc.client
 from concurrent.futures import Future, TimeoutError, wait
 from urllib.parse import urlsplit
 
-# what calls through `remote` raise; the last two where the server speaks something else, as web and SSH servers do
-RPC_ERRORS = (OSError, xmlrpc.client.Error, http.client.HTTPException, xml.parsers.expat.ExpatError)
+# what `ask` raises; the last two where the server speaks something else, as web and SSH servers do
+RPC_ERRORS = (OSError, TimeoutError, xmlrpc.client.Error, http.client.HTTPException, xml.parsers.expat.ExpatError)
 
 
 def start(work, *arguments):
@@ -52,14 +52,9 @@ def master_place(uri):
     return place if parts.scheme == "http" and all(place) else None
 
 
-def remote(uri, timeout):
-    """An XML-RPC proxy each of whose answers may take `timeout` [s]; calls raise RPC_ERRORS."""
-    transport = xmlrpc.client.Transport()
-    connect = transport.make_connection
+def ask(uri, timeout, call, *arguments):
+    """(code, words, value): the answer to a call by XML-RPC to a node or master; raises RPC_ERRORS.
 
-    def connect_in_time(host):
-        connection = connect(host)
-        connection.timeout = timeout
-        return connection
-    transport.make_connection = connect_in_time
-    return xmlrpc.client.ServerProxy(uri, transport=transport)
+    A TimeoutError where it takes longer than `timeout` [s].
+    """
+    return start(getattr(xmlrpc.client.ServerProxy(uri), call), *arguments).result(timeout)

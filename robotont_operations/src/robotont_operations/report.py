@@ -102,9 +102,8 @@ class Report:
     def graph(self):
         """Names of nodes, topics and services, and own parameters, of the master."""
         try:
-            master = probes.remote(rosgraph.get_master_uri(), 2.0)
-            state = master.getSystemState(CALLER)[2]
-            parameters = master.getParam(CALLER, "/")[2]
+            _, _, state = probes.ask(rosgraph.get_master_uri(), 4.0, "getSystemState", CALLER)
+            _, _, parameters = probes.ask(rosgraph.get_master_uri(), 4.0, "getParam", CALLER, "/")
         except Exception as error:  # whatever is wrong with the master, the rest of the report is wanted
             self.notes.append(f"nodes and parameters: no ROS master answers ({type(error).__name__})")
             return

@@ -29,7 +29,7 @@ def nodes_alive(master):
     names = [name for name in names if not name.startswith((CALLER, "/rosout"))]
     uris = probes.all_in_time(lambda name: rosgraph.Master(CALLER).lookupNode(name), names, 3.0)
     found = {name: uri for name, uri in zip(names, uris) if uri}  # the others have just ended
-    answers = probes.all_in_time(lambda uri: probes.remote(uri, 1.0).getPid(CALLER)[0] == 1, found.values(), 1.5)
+    answers = probes.all_in_time(lambda uri: probes.ask(uri, 1.0, "getPid", CALLER)[0] == 1, found.values(), 1.5)
     return dict(zip(found, map(bool, answers)))
 
 
@@ -38,7 +38,7 @@ def restarts(master):
     found, = probes.all_in_time(master.getParam, ["/roslaunch/uris"], 1.5)
     uris = found.values() if isinstance(found, dict) else ()
     # those that run and those that have ended; of a roslaunch that is gone, or of another program at its port: None
-    processes = probes.all_in_time(lambda uri: probes.remote(uri, 1.0).list_processes()[2], uris, 1.5)
+    processes = probes.all_in_time(lambda uri: probes.ask(uri, 1.0, "list_processes")[2], uris, 1.5)
     counts = collections.Counter()
     for name, started in (pair for kinds in processes for pairs in kinds or () for pair in pairs):
         counts["/" + name.rpartition("-")[0]] += started - 1
@@ -92,9 +92,9 @@ def main():
         print(f"status: found ROS_MASTER_URI={uri}, allowed: http://HOST:PORT", file=sys.stderr)
         return NO_MASTER
     try:
-        probes.start(probes.remote(uri, 2.0).getPid, CALLER).result(2.5)
+        probes.ask(uri, 2.5, "getPid", CALLER)
         rows = probes.start(look).result(LONGEST)
-    except (rosgraph.MasterException, probes.TimeoutError, *probes.RPC_ERRORS):
+    except (rosgraph.MasterException, *probes.RPC_ERRORS):
         print(f"status: no ROS master answers at {uri}: no robot runs here. ./robotont sim starts a simulated one; why "
               "one in the network is not heard: ./robotont network", file=sys.stderr, flush=True)
         os._exit(NO_MASTER)  # rospy would ask it once more

@@ -61,13 +61,6 @@ def test_a_full_disk_is_told(tmp_path, monkeypatch, capsys):
     assert "No space left on device: --output FILE.tar.gz, and TMPDIR, where" in capsys.readouterr().err
 
 
-def test_versions_need_no_git(run, monkeypatch):
-    monkeypatch.setenv("PATH", "/nowhere")
-    _, found = run()
-    assert "robotont_driver" in found["r/versions/stack.txt"]
-    assert "the rest of versions: FileNotFoundError" in found["r/notes.txt"]
-
-
 def test_logs_are_those_of_own_nodes_without_users_in_addresses(run, tmp_path):
     """rospy writes "Unable to register with master node [http://me:hunter22@...]"."""
     own, words = ("robot1-driver_node-2.log", "driver_node-2-stdout.log"), "[http://{}127.0.0.1:1/]: 3@4 /home/@x"

@@ -43,6 +43,8 @@ PACKAGES = ("python3-rospy", "ros-noetic-rospy", "python3-numpy", "python3-seria
             "systemd")
 HEAD = r"[\w.: -]*\[\d+\]: (?:\x1b\[\d*m)*"  # of the journal: time, host, program and its number
 COMMANDS = {  # file: (command, what of each of its lines is kept, which may be another program's)
+    "versions/commit.txt": (("git", "-C", os.path.dirname(__file__), "log", "-1", "--format=%H %cI"),
+                            r"[0-9a-f]{40} [-+:\dTZ]+"),
     "versions/system.txt": (("uname", "-srvm"), ".*"),
     "versions/packages.txt": (("dpkg-query", "-W", *PACKAGES), ".*"),
     "machine/usb.txt": (("lsusb",), ".*"),
@@ -95,9 +97,6 @@ class Report:
         lines += [f"{name} {packages.get_manifest(name).version} in {packages.get_path(name)}"
                   for name in sorted(packages.list()) if name.startswith("robotont")]
         self.text("versions/stack.txt", "\n".join(lines) + "\n")
-        git = subprocess.run(["git", "-C", packages.get_path("robotont_operations"), "log", "-1", "--format=%H %cI"],
-                             check=False, text=True, capture_output=True)
-        self.text("versions/commit.txt", git.stdout or f"unknown: git has ended with status {git.returncode}\n")
 
     def graph(self):
         """Names of nodes, topics and services, and own parameters, of the master."""

@@ -63,8 +63,9 @@ class Guarded:
 
     @property
     def authorised(self):
-        """Whether the browser has shown the token before."""
-        return self.server.access.admits(self.get_cookie(self.server.access.cookie_name))
+        """Whether the browser has shown the token before, or the request shows it, as Prometheus does."""
+        access, (kind, _, token) = self.server.access, self.request.headers.get("Authorization", "").partition(" ")
+        return access.admits(self.get_cookie(access.cookie_name)) or (kind == "Bearer" and access.knows(token))
 
     @property
     def origin_allowed(self):
@@ -116,13 +117,7 @@ class LoginHandler(Guarded, tornado.web.RequestHandler):
 
 
 class MetricsHandler(Guarded, tornado.web.RequestHandler):
-    """For Prometheus, which shows the page's token as a bearer token."""
-
-    @property
-    def authorised(self):
-        """Whether the request shows the token, or a browser has shown it before."""
-        kind, _, token = self.request.headers.get("Authorization", "").partition(" ")
-        return super().authorised or (kind == "Bearer" and self.server.access.knows(token))
+    """For Prometheus."""
 
     def get(self):
         """Called by tornado."""

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import rospkg
 import tornado.web
-from tornado.iostream import StreamClosedError
 
 from robotont_teleop.web.access import host_allowed, origin_allowed
 from robotont_teleop.web.metrics import KIND
@@ -50,16 +49,6 @@ class Guarded:
             self.request.connection.stream.admitted = True
         elif not self.public:
             raise tornado.web.HTTPError(401, reason="no token")
-
-    def write_error(self, status_code, **_):
-        """One line, without anything that the request held."""
-        self.set_header("Content-Type", "text/plain; charset=utf-8")
-        self.finish(f"{status_code} {self._reason}\n")
-
-    def log_exception(self, kind, error, trace):
-        """Called by tornado; a browser's mistakes are not worth a traceback."""
-        if not isinstance(error, (tornado.web.HTTPError, StreamClosedError)):
-            super().log_exception(kind, error, trace)
 
     @property
     def authorised(self):
@@ -153,7 +142,7 @@ class CameraHandler(Guarded, tornado.web.RequestHandler):
             await asyncio.sleep(0.02)
         self.set_header("Content-Type", "image/jpeg")
         self.set_header("X-Picture", str(picture[0]))
-        await self.finish(picture[1])
+        self.finish(picture[1])  # not awaited: who has gone meanwhile is no fault
 
 
 def read_files(package):

@@ -2,7 +2,7 @@
 
 import contextlib
 
-from page_client import LINK, WHEELS, drives, open_page, press_mouse, report
+from page_client import FIND, LINK, OPEN, WHEELS, drives, open_page, press_mouse, report
 from web_client import TOKEN
 
 from robotont_testing.browser import DESKTOP, PHONE
@@ -87,7 +87,13 @@ def test_whatever_button_has_the_focus_keys_drive_and_choose_the_speed_and_space
     assert page.run("document.documentElement.lang") == "de", "the space bar pressed the button as well"
 
 
-def test_the_token_leaves_the_address_each_time_the_code_is_scanned(browser, guarded):
+def test_a_wrong_token_is_told_and_the_right_one_leaves_the_address_each_time_the_code_is_scanned(browser, guarded):
+    browser.call("Storage.clearCookies")
+    page = browser.page(f"http://127.0.0.1:{guarded.port}/#token=a-wrong-one", PHONE, script=FIND)
+    page.wait("$('answer')?.hidden === false && $('answer').innerText === 'Wrong token'", "words")
+    page.run(f"($('token').value = ' {TOKEN}') && document.querySelector('[type=submit]').click()")
+    page.wait(OPEN, "the page")
+    page.close()
     for _ in range(2):  # the login page has it first, then the page itself
         page = open_page(browser, guarded, f"#token={TOKEN}")
         assert page.run("location.href") == f"http://127.0.0.1:{guarded.port}/"

@@ -35,7 +35,7 @@ class Guarded:
                         f"manifest-src 'self'; connect-src 'self'{sockets}; form-action 'self'; base-uri 'none'; "
                         "frame-ancestors 'none'")
         self.set_header("X-Content-Type-Options", "nosniff")
-        self.set_header("Referrer-Policy", "no-referrer")
+        self.set_header("Referrer-Policy", "same-origin")  # with "no-referrer" a form tells no Origin
         self.set_header("Cross-Origin-Opener-Policy", "same-origin")
         self.set_header("Cross-Origin-Resource-Policy", "same-origin")
         self.set_header("Cache-Control", "no-store")
@@ -74,7 +74,7 @@ class FileHandler(Guarded, tornado.web.RequestHandler):
 
     public = True
 
-    def get(self, name):
+    def get(self, name=PAGE):
         """Called by tornado."""
         name = name or PAGE
         if name == PAGE and not self.authorised:
@@ -88,10 +88,8 @@ class FileHandler(Guarded, tornado.web.RequestHandler):
         self.finish(content)
 
 
-class LoginHandler(Guarded, tornado.web.RequestHandler):
-    """Takes the token once, and gives a cookie that no script can read."""
-
-    public = True
+class LoginHandler(FileHandler):
+    """Takes the token once, and gives a cookie that no script can read; asks again for one that is wrong."""
 
     def post(self):
         """Called by tornado."""
@@ -99,7 +97,8 @@ class LoginHandler(Guarded, tornado.web.RequestHandler):
             raise tornado.web.HTTPError(403, reason="foreign origin")
         access = self.server.access
         if not access.knows(self.get_body_argument("token", "")):
-            raise tornado.web.HTTPError(401, reason="wrong token")
+            self.get()
+            return
         self.set_cookie(access.cookie_name, access.cookie, expires_days=COOKIE_DAYS, path="/", httponly=True,
                         samesite="Strict", secure=self.server.scheme == "https")
         self.redirect("/", status=303)

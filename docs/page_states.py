@@ -53,14 +53,15 @@ def tell(server, told):
     camera_picture().save(file, "JPEG")
     robot.camera = SimpleNamespace(picture=lambda: (time.monotonic_ns(), file.getvalue()))
     x, y, yaw = POSE
+    rays = np.linspace(-math.pi, math.pi, 180)
     ranges = [round(min(((WALLS[axis] if part > 0 else 0.0) - place) / part for axis, (place, part) in enumerate(
         ((x, math.cos(yaw + ray)), (y, math.sin(yaw + ray)))) if abs(part) > 1e-6), 2)
-        for ray in np.linspace(-math.pi, math.pi, 180)]
+        for ray in rays]
     given = {"pose": POSE, "velocity": [0.2, 0.0, 0.25] if told.get("moves") else [0.0, 0.0, 0.0]}
     status = {"frame": "map", "map": where, "battery": {"voltage": 11.6, "charge": 0.82}, "radius": 0.15,
               "board": "robotont_firmware 2.0.0 wheels 3",
               "near": [min(2.0, ranges[(90 + 180 * sector // 24) % 180] - 0.15) for sector in range(24)],
-              "scan": {"from": [0, 0, 0], "first": -math.pi, "step": 2 * math.pi / 179, "ranges": ranges}}
+              "scan": [[length * math.cos(ray), length * math.sin(ray)] for length, ray in zip(ranges, rays)]}
     for fields, kind in ((given, robot.state), (status, robot.status)):
         fields.update({key: value for key, value in told.items() if key in kind()})
     report(server, {**dict.fromkeys(TASKS, (0, "well")), **told.get("fault", {})}, given, **status)

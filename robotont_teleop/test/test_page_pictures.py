@@ -1,14 +1,14 @@
 """Maps and scans for pages, whatever a node publishes."""
 
-import json
 import math
 
 import numpy as np
 import pytest
+from guarded_drive import place
 from sensor_msgs.msg import LaserScan
 from web_client import room
 
-from robotont_teleop.web.page_pictures import SECTORS, map_picture, nearest, thinned_scan
+from robotont_teleop.web.page_pictures import SECTORS, map_picture, nearest, scan_points
 
 
 def test_a_map_keeps_its_number_over_a_restart_and_another_one_has_another():
@@ -23,21 +23,17 @@ def test_what_is_no_map_is_refused(wrong):
         map_picture(room(**wrong))
 
 
-def test_a_scan_without_a_largest_range_is_shown_and_one_without_angles_is_none():
-    scan = LaserScan(angle_increment=0.1, range_min=0.1, range_max=math.inf, ranges=[1.0, math.inf, math.nan, 2.0])
-    upright, hanging = ((np.diag(turn), (0.1, 0.0, 0.2)) for turn in ((1.0, 1.0, 1.0), (1.0, -1.0, -1.0)))
-    shown = thinned_scan(scan, upright)
-    assert shown["from"] == [0.1, 0.0, 0.0]
-    assert [thinned_scan(scan, place)["step"] for place in (upright, hanging)] == [0.1, -0.1]
-    assert json.loads(json.dumps(shown, allow_nan=False))["ranges"] == [1.0, None, None, 2.0]
+def test_a_scan_without_a_largest_range_is_shown_and_one_without_angles_or_a_tilted_one_is_not():
+    scan = LaserScan(angle_increment=0.5, range_min=0.1, range_max=math.inf, ranges=[1.0, math.inf, math.nan, 2.0, 0.0])
+    for roll, side in ((0.0, 1.0), (math.pi, -1.0)):
+        assert scan_points(scan, place(0.1, 0.2, roll=roll)) == [
+            [1.1, 0.2], pytest.approx([0.1 + 2 * math.cos(1.5), 0.2 + side * 2 * math.sin(1.5)], abs=0.01)]
     scan.ranges = [1.0] * 541
-    assert len(thinned_scan(scan, upright)["ranges"]) <= 180
-    for tilt, drawn in ((0.1, True), (0.3, False), (math.pi / 2, False), (math.pi - 0.3, False)):
-        cos, sin = math.cos(tilt), math.sin(tilt)
-        rolled = np.array([[1, 0, 0], [0, cos, -sin], [0, sin, cos]])
-        assert (thinned_scan(scan, (rolled, (0.1, 0.0, 0.2))) is not None) == drawn
+    assert 90 < len(scan_points(scan, place())) <= 180
+    for roll, drawn in ((0.1, True), (0.3, False), (math.pi / 2, False), (math.pi - 0.3, False)):
+        assert bool(scan_points(scan, place(roll=roll))) == drawn
     scan.angle_min = math.nan
-    assert thinned_scan(scan, upright) is None
+    assert scan_points(scan, place()) == []
 
 
 def test_what_is_near_is_told_from_the_rim_with_what_no_sensor_sees():

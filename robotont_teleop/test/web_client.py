@@ -64,7 +64,7 @@ class NotedRobot:
 
     def status(self):
         return {"frame": "odom", "lights": [], "board": "", "battery": None, "radius": None, "near": [], "map": None,
-                "scan": None, "camera": False, "navigation": False, "goal": None, "note": {"number": 0, "words": ""},
+                "scan": [], "camera": False, "navigation": False, "goal": None, "note": {"number": 0, "words": ""},
                 **self.told}
 
 

@@ -30,15 +30,9 @@ export class View extends Floor {
     }
     this.part("ground").toggleAttribute("hidden", !this.map);
     this.mark("goal", goal && [goal.x, goal.y]);
-    this.setScan(this.pose && scan || {from: [0, 0], ranges: []});
+    this.part("scan").setAttribute("d", this.pose ? scan.map(([x, y]) => `M${x} ${y}h0`).join("") : "");
+    this.part("scan").setAttribute("transform", at(this.pose ?? [0, 0]));
     this.draw();
-  }
-
-  setScan({from, first, step, ranges}) {
-    const points = ranges.map((range, ray) => range !== null &&
-      `M${range * Math.cos(first + ray * step)} ${range * Math.sin(first + ray * step)}h0`);
-    this.part("scan").setAttribute("d", points.filter(Boolean).join(""));
-    this.part("scan").setAttribute("transform", at(this.pose ?? [0, 0]) + at(from));
   }
 
   // A goal, or a wish, at a place, or nowhere

@@ -9,8 +9,8 @@ import numpy as np
 from PIL import Image
 
 from robotont_driver.kinematics.se2 import pose_of
-from robotont_teleop.hand.robot_reports import finite, rounded
-from robotont_teleop.hand.sensor_view import REACH, look
+from robotont_teleop.hand.robot_reports import finite
+from robotont_teleop.hand.sensor_view import REACH, look, reading_of
 
 LARGEST_MAP = 4000 * 4000  # [cells]
 SCAN_RAYS = 180            # at most
@@ -40,21 +40,19 @@ def map_picture(message):
     return output.getvalue(), {"number": number, "width": size[0], "height": size[1], "origin": place}
 
 
-def thinned_scan(message, laser):
-    """A LaserScan for JSON, of SCAN_RAYS at most, None where it has no angles or is tilted: it may show the floor.
+def scan_points(message, laser):
+    """[[x, y]] [m] on the robot that up to SCAN_RAYS of a LaserScan hit; none where it is tilted: it may be the floor.
 
-    laser: (3 x 3 rotation, (x, y, z)) on the robot; the rays of one that hangs upside down are mirrored.
+    laser: (3 x 3 rotation, (x, y, z) [m]) on the robot.
     """
-    rotation, (x, y, _) = laser
-    if not (math.isfinite(message.angle_min + message.angle_increment) and abs(rotation[2, 2]) >= LEVEL):
-        return None
-    step = max(1, math.ceil(len(message.ranges) / SCAN_RAYS))
-    ranges = [finite(value, 2) if message.range_min <= value <= message.range_max else None
-              for value in message.ranges[::step]]
-    side = math.copysign(1.0, rotation[2, 2])
-    return {"from": rounded((x, y, math.atan2(rotation[1, 0], rotation[0, 0])), 3),
-            "first": round(side * message.angle_min, 4),
-            "step": round(side * message.angle_increment * step, 5), "ranges": ranges}
+    rotation, origin = laser
+    if abs(rotation[2, 2]) < LEVEL:
+        return []
+    angles, ranges, (least, most) = reading_of(message)
+    rays = slice(None, None, max(1, math.ceil(len(ranges) / SCAN_RAYS)))
+    lengths = np.where(np.isfinite(ranges) & (ranges >= least) & (ranges <= most), ranges, np.nan)[rays]
+    points = (rotation[:2, :2].dot((np.cos(angles[rays]), np.sin(angles[rays]))) * lengths).T + origin[:2]
+    return points[np.isfinite(points).all(axis=1)].round(2).tolist()
 
 
 def nearest(readings, body):

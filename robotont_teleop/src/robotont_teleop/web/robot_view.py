@@ -30,7 +30,7 @@ from robotont_teleop.hand.twist_publisher import TwistPublisher
 from robotont_teleop.web.camera import Camera
 from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.newest_goal import NewestGoal
-from robotont_teleop.web.page_pictures import map_picture, nearest, thinned_scan
+from robotont_teleop.web.page_pictures import map_picture, nearest, scan_points
 
 MAP_FRAME = "map"
 LIGHTS, MOST_KEPT = 24, 20  # lights that are shown; values, of which range sensors have one each
@@ -120,7 +120,7 @@ class RobotView(RobotReports):
     def _scan(self):
         scan = self._fresh("scan")
         laser = scan and self._place_on_robot(scan)
-        return thinned_scan(scan, laser) if laser else None
+        return scan_points(scan, laser) if laser else []
 
     def _near(self):
         heard = [self._fresh(name) for name in tuple(self._newest) if name.startswith(("scan", "range"))]

@@ -35,35 +35,28 @@ class FrameChain:
             if transform.child_frame_id in self._newest or len(self._newest) < MOST_FRAMES:
                 self._newest[transform.child_frame_id] = (transform, now, fixed)
 
-    def links(self, frame, now):
-        """[(transform, fixed)] from a robot's frame up to the outermost one; [] where its odometry is silent."""
-        found = []
-        while frame in self._newest and len(found) < DEEPEST:
-            transform, at, fixed = self._newest[frame]
-            if not fixed and now - at > STALE and all(was_fixed for _, was_fixed in found):  # the odometry's
-                return []
-            found.append((transform, fixed))
-            frame = transform.header.frame_id
-        return found
-
     def pose(self, frame, now, until=None):
-        """(frame, (x [m], y [m], yaw [rad])) of a robot's frame in `until`, or in the outermost one; or ("", None)."""
+        """(frame, (x [m], y [m], yaw [rad])) of a robot's frame in `until`, or in the outermost one.
+
+        ("", None) where nothing is known of it, or the odometry on the way is silent.
+        """
         frame, place = self.place(frame, now, until)
         return frame, place and (*place[1][:2].tolist(), math.atan2(place[0][1, 0], place[0][0, 0]))
 
     def place(self, frame, now, until=None):
         """(frame, (3 x 3 rotation, (x, y, z) [m])) likewise: for what may hang or tilt."""
-        links, rotation, place = self.links(frame, now), np.eye(3), np.zeros(3)
-        if not links:
+        rotation, place, moves = np.eye(3), np.zeros(3), False
+        if frame not in self._newest:
             return "", None
-        for transform, _ in links:
-            if frame == until:
+        for _ in range(DEEPEST):
+            if frame == until or frame not in self._newest:
                 break
+            transform, at, fixed = self._newest[frame]
+            if not (fixed or moves) and now - at > STALE:  # the first that moves is the odometry's
+                return "", None
+            moves = moves or not fixed
             step, turn = transform.transform.translation, rotation_of(transform.transform.rotation)
             rotation, place = turn.dot(rotation), np.add(turn.dot(place), (step.x, step.y, step.z))
             frame = transform.header.frame_id
-        return self._plain(frame), (rotation, place)
-
-    def _plain(self, frame):
         frame = frame.lstrip("/")
-        return frame[len(self._prefix):] if frame.startswith(self._prefix) else frame
+        return frame[len(self._prefix):] if frame.startswith(self._prefix) else frame, (rotation, place)

@@ -4,6 +4,7 @@ Times [s] are the caller's, from a clock that never goes back.
 """
 
 RECENT = 0.6  # [s] after its last motion a sender still moves the robot: longer than the driver's time-out
+KINDS = {"hand": "hand", "navigation": "navigation", "default": "program"}  # by the mux's input
 
 
 class Movers:
@@ -26,19 +27,11 @@ class Movers:
         driven_by: what the mux says. Whoever publishes straight on cmd_vel moves the robot, too, whatever it says.
         """
         moving = [key for key, at in tuple(self._moving.items()) if now - at < RECENT]  # others hear meanwhile
-        past = _senders("cmd_vel", moving) - {self._mux}
-        if past:
-            return "program", _names(past)
-        senders = _senders(f"cmd_vel/{driven_by}", moving)
-        if driven_by == "hand" and senders:
-            return ("page", "") if self._own in senders else ("hand", _names(senders))
-        kind = {"navigation": "navigation", "default": "program"}.get(driven_by)
-        return (kind, _names(senders)) if kind else ("nobody", "")
-
-
-def _senders(topic, moving):
-    return {sender for one, sender in moving if one == topic}
-
-
-def _names(senders):
-    return ", ".join(sorted(sender.lstrip("/") for sender in senders))[:80]
+        past = {sender for topic, sender in moving if topic == "cmd_vel"} - {self._mux}
+        senders = past or {sender for topic, sender in moving if topic == f"cmd_vel/{driven_by}"}
+        kind = "program" if past else KINDS.get(driven_by, "nobody")
+        if kind == "hand" and self._own in senders:
+            return "page", ""
+        if kind == "hand" and not senders:
+            return "nobody", ""
+        return kind, ", ".join(sorted(sender.lstrip("/") for sender in senders))[:80]

@@ -40,7 +40,7 @@ def test_faults_of_the_own_robot_only(monkeypatch, namespace, own):
     (0.5, "odom_node: gyro", "", [("odom_node: gyro", 0, "")]),
     *((unknown, "odom_node: gyro", "", [("odom_node: gyro", 0, "")]) for unknown in (float("nan"), -1.0, 85.0))])
 def test_a_battery_that_is_low_is_a_light_once(percentage, task, key, lights):
-    reports = RobotReports("")
+    reports = RobotReports()
     reports._on_battery(BatteryState(percentage=percentage))
     reports._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(
         name=task, level=2 * bool(key), message="the battery is low" if key else "well")]))
@@ -48,7 +48,7 @@ def test_a_battery_that_is_low_is_a_light_once(percentage, task, key, lights):
 
 
 def test_pages_and_fleet_are_told_the_same_worst_and_that_a_task_has_fallen_silent(bus):
-    reports = RobotReports("")
+    reports = RobotReports()
 
     def say(name, level):
         reports._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(name=name, level=level, message="in words")]))
@@ -64,7 +64,7 @@ def test_pages_and_fleet_are_told_the_same_worst_and_that_a_task_has_fallen_sile
 
 def test_what_was_heard_before_the_computer_slept_is_old(bus):
     """time.monotonic() stands still meanwhile."""
-    reports, chain, found = RobotReports(""), frame_chain.FrameChain(), []
+    reports, chain, found = RobotReports(), frame_chain.FrameChain(), []
     chain.listen()
     for topic, message in (("/tf", TFMessage([transform("odom", "base_link")])), ("odom", Odometry()),
                            ("battery", BatteryState(percentage=0.5)),

@@ -1,5 +1,6 @@
 """What a robot says of itself on its topics: its health, speed, battery and who drives it."""
 
+import contextlib
 import math
 
 import rospy
@@ -23,10 +24,10 @@ MOST, LONGEST_NAME, LONGEST_WORDS, MOST_VALUES = 96, 80, 200, 100
 
 
 class RobotReports:
-    """The newest of all that; calls never wait. namespace: of the robot; None: that of this node."""
+    """The newest of all that, of the robot in this node's namespace; calls never wait."""
 
-    def __init__(self, namespace=None):
-        namespace = rospy.get_namespace().strip("/") if namespace is None else namespace
+    def __init__(self):
+        namespace = rospy.get_namespace().strip("/")
         self._prefix = namespace and namespace + "/"
         self._others = set()  # prefixes of other robots' nodes, for which "hardware" is the robot
         self._tasks = {}      # name: (time [s], light, {key: number})
@@ -82,7 +83,7 @@ class RobotReports:
 
     @property
     def values(self):
-        """{task: {"level", key: number}}, for JSON."""
+        """{task: {"level", key: number}}."""
         return {light["name"]: {"level": light["level"], **values} for light, values in self._now()}
 
     def _now(self):
@@ -126,13 +127,13 @@ class RobotReports:
             foreign = not name.startswith(self._prefix) or name.startswith(tuple(self._others))
             if foreign or not (name in tasks or len(tasks) < MOST):
                 continue
-            level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
-            level = level if level in LEVELS else SILENCE
-            words = status.message[:LONGEST_WORDS]
-            values = {value.key[:LONGEST_NAME]: _number(value.value) for value in status.values[:MOST_VALUES]}
+            level = status.level if status.level in LEVELS else SILENCE
+            words, numbers = status.message[:LONGEST_WORDS], {}
             key = "silent" if level == SILENCE else fault_key(name, words) if level else ""
-            tasks[name] = (now, {"name": name, "level": level, "words": words, "key": key},
-                           {key: number for key, number in values.items() if number is not None})
+            for value in status.values[:MOST_VALUES]:
+                with contextlib.suppress(ValueError, IndexError):  # words
+                    numbers[value.key[:LONGEST_NAME]] = float(value.value[:40].split()[0])
+            tasks[name] = now, {"name": name, "level": level, "words": words, "key": key}, numbers
             self.board = next((value.value[:LONGEST_WORDS] for value in status.values if value.key == "board"),
                               self.board)
 
@@ -150,11 +151,3 @@ def rounded(values, decimals):
 def finite(value, decimals):
     """The value rounded, or None where it is not finite."""
     return round(value, decimals) if value is not None and math.isfinite(value) else None
-
-
-def _number(text):
-    try:
-        value = float(text[:40].split()[0])
-    except (ValueError, IndexError):
-        return None
-    return value if math.isfinite(value) else None

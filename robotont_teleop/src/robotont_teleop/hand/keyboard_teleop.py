@@ -35,7 +35,6 @@ FASTEST = Speeds(1.0, 3.0)  # that keys can reach, where they do not begin beyon
 TOPIC = "cmd_vel/hand"
 PUBLISH_PERIOD = 0.05  # [s] between commands while the robot is driven
 REPEAT_HOLD = 0.3    # [s] for which a held key drives on after its last repeat
-CONNECTS = 5.0     # [s] at the start until a node that listens is missed
 MOST_WAITING = 65536  # [bytes] of a terminal: the rest would look like keys of now
 HELP = """\
 hold to drive             speed              the robot stops when no key is held
@@ -61,7 +60,6 @@ class KeyboardTeleop:
         self._command = TwistPublisher(TOPIC)
         self._reports = RobotReports()
         self._sent = STOP
-        self._missed_from = boot_time() + CONNECTS
         self._rest = ""
         self._unknown = False  # whether the newest key means nothing
 
@@ -132,12 +130,8 @@ class KeyboardTeleop:
         line += (self._sent != STOP and self._why_not()) or f"sent {words} | drives: {driver} | robot {robot}"
         if self._unknown and self._sent == STOP:
             line = "this key does nothing: another keyboard layout? Use the letters above, or arrows"
-        if self._command.get_num_connections():
-            self._missed_from = boot_time()
-        elif boot_time() < self._missed_from:
-            line = "connecting to the robot"
-        else:  # a robot that was started anew has another master, which does not know these keys
-            line = f"no cmd_vel_mux on {rospy.resolve_name(TOPIC)}: robot started anew? Esc, keys again"
+        if not self._command.get_num_connections():  # a robot that was started anew has another master
+            line = f"no cmd_vel_mux on {rospy.resolve_name(TOPIC)} yet; if it stays so: Esc, keys again"
         columns = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else 0
         _write(f"\r{line[:columns - 1] if columns > 1 else line}\x1b[K")
 

@@ -20,13 +20,10 @@ class DrivingSeat:
         self.driver = None         # the page that drives
         self._moving_since = None  # [s] server time that the newest command with motion has seen, None when at rest
         self.held = set()          # pages whose sticks must be let go before they drive
-        self.dropped = 0           # commands that came too late
 
     def is_fresh(self, seen, now):
-        """Whether a message of a page that had seen server time `seen` is new enough; counts those that are not."""
-        fresh = -CLOCK_RESOLUTION <= now - seen <= self._oldest
-        self.dropped += not fresh
-        return fresh
+        """Whether a message of a page that had seen server time `seen` is new enough."""
+        return -CLOCK_RESOLUTION <= now - seen <= self._oldest
 
     def take(self, page):
         """Let a page drive; the twist to send, or None. The page before has lost the robot, wherever its sticks are.

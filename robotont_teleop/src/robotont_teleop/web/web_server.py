@@ -61,22 +61,21 @@ class WebServer(PageServer):
         """A message of a page; raises MessageError."""
         message = read_message(text)
         now = time.monotonic()
+        late = message.seen is not None and not self.seat.is_fresh(message.seen, now)
+        if late and (message.kind != "drive" or any(message.values)):
+            page.send({"kind": "late", "what": message.kind})
         if message.kind == "drive":
-            stopped, dropped = self.robot.emergency_stop.pressed, self.seat.dropped
+            stopped = self.robot.emergency_stop.pressed
             self._send(self.seat.command(page.number, message.seen, message.values, now, stopped))
-            if self.seat.dropped > dropped and any(message.values):
-                page.send({"kind": "late", "what": message.kind})
         elif message.kind == "stop":
             self.robot.emergency_stop.press()
             self._send(self.seat.stop())
             self.robot.cancel()
         elif message.kind == "cancel":
             self.robot.cancel()
-        elif not self.seat.is_fresh(message.seen, now):
-            page.send({"kind": "late", "what": message.kind})
-        elif message.kind == "take":
+        elif message.kind == "take" and not late:
             self._send(self.seat.take(page.number))
-        else:
+        elif not late:
             if self.seat.driver is None:
                 self.seat.take(page.number)
             if page.number == self.seat.driver:
@@ -91,10 +90,8 @@ class WebServer(PageServer):
                 self.robot.emergency_stop.release()
             else:  # the person had not seen that somebody has pressed it again
                 page.send({"kind": "late", "what": message.kind})
-        elif message.kind == "goal":
-            self.robot.goal(*message.values)
         else:
-            getattr(self.robot, message.kind)()  # an order without values
+            getattr(self.robot, message.kind)(*message.values)
 
     def _send(self, twist):
         left = self.seat.time_left(time.monotonic())

@@ -1,5 +1,5 @@
 // A gamepad of the browser's Gamepad API (standard mapping), as numbers. Knows no browser; times [ms] are the caller's.
-import {soft} from "./stick_curve.js";
+import {asked} from "./stick_curve.js";
 
 const DEAD_ZONE = 0.12;     // of a stick
 const SHOULDERS = [4, 5];   // either must be held: the dead-man button
@@ -18,7 +18,7 @@ export class Pad {
   // gone: whether it may be out of reach
   look(pad, now) {
     const down = pad.buttons.map((button) => button.pressed);
-    const axes = [0, 1, 2].map((axis) => outsideDeadZone(pad.axes[axis] || 0));
+    const axes = [0, 1, 2].map((axis) => Math.sign(pad.axes[axis]) * asked(Math.abs(pad.axes[axis]), DEAD_ZONE) || 0);
     const newest = JSON.stringify([pad.axes, pad.buttons.map((button) => button.value)]);
     if (newest !== this.newest) {
       this.newest = newest;
@@ -51,9 +51,4 @@ export class Pads {
   letGo() {
     this.pads.forEach((one) => (one.centred = false));
   }
-}
-
-function outsideDeadZone(value) {
-  const size = Math.abs(value);
-  return size <= DEAD_ZONE ? 0 : Math.sign(value) * soft(Math.min(1, (size - DEAD_ZONE) / (1 - DEAD_ZONE)));
 }

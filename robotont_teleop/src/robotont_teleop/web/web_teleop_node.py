@@ -8,9 +8,9 @@ import sys
 
 import rospy
 
-from robotont_driver.parameters.parameters import Parameter, ParameterError
+from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
-from robotont_driver.ros.lifecycle import init_node, own_parameters, refuse
+from robotont_driver.ros.lifecycle import init_node, own_parameters
 from robotont_driver.rospy_repairs.rospy_process import end_soon
 from robotont_teleop.hand.speeds import Speeds
 from robotont_teleop.web.driving_seat import DrivingSeat
@@ -83,8 +83,6 @@ def main():
         robot = RobotView(parameters["camera"])
         if not rospy.is_shutdown():
             asyncio.run(serve(robot, access, parameters))
-    except ParameterError as error:
-        refuse(error.faults)
     except SetUpError as error:
         rospy.logfatal("%s; see address, web_port and certificate of teleop.launch. By keys: ./robotont keys", error)
         sys.exit(1)

@@ -59,7 +59,6 @@ def tell(server, told):
         for ray in rays]
     given = {"pose": POSE, "velocity": [0.2, 0.0, 0.25] if told.get("moves") else [0.0, 0.0, 0.0]}
     status = {"frame": "map", "map": where, "battery": {"voltage": 11.6, "charge": 0.82}, "radius": 0.15,
-              "board": "robotont_firmware 2.0.0 wheels 3",
               "near": [min(2.0, ranges[(90 + 180 * sector // 24) % 180] - 0.15) for sector in range(24)],
               "scan": [[length * math.cos(ray), length * math.sin(ray)] for length, ray in zip(ranges, rays)]}
     for fields, kind in ((given, robot.state), (status, robot.status)):

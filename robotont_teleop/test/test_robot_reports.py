@@ -12,7 +12,7 @@ from robotont_teleop.web import frame_chain
 from robotont_testing.bus import Bus, transform
 
 TOLD = [DiagnosticStatus(name=name, hardware_id=robot, level=2, message="/dev/x: no such file",
-                         values=[KeyValue("board", robot)]) for name, robot in (
+                         values=[KeyValue("rate", "49.5 Hz"), KeyValue("driver", "")]) for name, robot in (
     ("robot1/serial_com_node: link", "robot1"), ("robot2/serial_com_node: link", "robot2"),
     ("serial_com_node: link", "robotont"), ("camera/driver: temperature", "R200"))]
 
@@ -31,7 +31,7 @@ def test_faults_of_the_own_robot_only(monkeypatch, namespace, own):
         reports._on_diagnostics(DiagnosticArray(status=order))
     assert [light["name"] for light in reports.lights] == list(reports.values) == own
     assert {light["key"] for light in reports.lights if "link" in light["name"]} == {"port_missing"}
-    assert reports.board in ("robotont", "R200", namespace.strip("/"))
+    assert reports.values[own[0]] == {"level": 2, "rate": 49.5}
 
 
 @pytest.mark.parametrize("percentage, task, key, lights", [

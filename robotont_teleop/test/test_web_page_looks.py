@@ -36,8 +36,7 @@ def tell(server, trouble, **given):
     report(server, {f"node: {name}": (place % 3 * trouble, "as many words as a node says of itself, and some more")
                     for place, name in enumerate(LIGHTS)},
            {"velocity": [0.2, 0.0, 0.1], **given}, camera=bool(given),
-           board="robotont_firmware 2.0.0 wheels 3", battery={"voltage": 12.1, "charge": 1.0},
-           near=[0.1] * 9 + [None] * 6 + [1.5] * 9)
+           battery={"voltage": 12.1, "charge": 1.0}, near=[0.1] * 9 + [None] * 6 + [1.5] * 9)
 
 
 def test_it_looks_right_and_everybody_can_use_it(browser, served):

@@ -103,7 +103,7 @@ def test_a_stranger_who_holds_all_connections_keeps_nobody_out(guarded):
 def test_a_slow_reader_holds_up_nobody_and_is_closed(monkeypatch):
     monkeypatch.setattr("robotont_teleop.web.web_server.PING", 0.5)
     with Served() as served, open_socket(served.port) as slow:
-        served.robot.told = {"board": "x" * 20000}
+        served.robot.told = {"frame": "x" * 20000}
         slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         good = served.ready_page()
         assert len(served.server.pages) == 2

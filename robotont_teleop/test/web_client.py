@@ -63,7 +63,7 @@ class NotedRobot:
         return [{"name": "r1", "up": True, "age": None}], {"r1": {"link": {"level": 0}}}
 
     def status(self):
-        return {"frame": "odom", "lights": [], "board": "", "battery": None, "radius": None, "near": [], "map": None,
+        return {"frame": "odom", "lights": [], "battery": None, "radius": None, "near": [], "map": None,
                 "scan": [], "camera": False, "navigation": False, "goal": None, "note": {"number": 0, "words": ""},
                 **self.told}
 

@@ -44,10 +44,9 @@ export function showLights(lights, none) {
   }));
 }
 
-export function showFacts({board, battery, pages, lights}) {
+export function showFacts({battery, lights}) {
   write($("charge"), chargeOf(battery));
   $("battery").hidden = !chargeOf(battery);
   $("battery").dataset.low = Boolean(lights?.some(({key}) => key === "battery_low"));
-  const voltage = battery?.voltage != null && `${battery.voltage.toFixed(1)} V`;
-  write($("facts"), [board, voltage, pages > 1 && `${text("pages")}: ${pages}`].filter(Boolean).join(" · "));
+  write($("facts"), battery?.voltage != null ? `${battery.voltage.toFixed(1)} V` : "");
 }

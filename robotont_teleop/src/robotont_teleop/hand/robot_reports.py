@@ -35,7 +35,6 @@ class RobotReports:
         self._place = None    # of the newest odometry
         self.base_frame = ""  # as the odometry names it
         self.driven = 0.0     # [m]
-        self.board = ""       # its banner
         self.newest_charge = None  # of the battery, 0 to 1, however long ago
         rospy.Subscriber("odom", Odometry, self._on_odometry, queue_size=1)
         rospy.Subscriber("battery", BatteryState, self._on_battery, queue_size=1)
@@ -134,8 +133,6 @@ class RobotReports:
                 with contextlib.suppress(ValueError, IndexError):  # words
                     numbers[value.key[:LONGEST_NAME]] = float(value.value[:40].split()[0])
             tasks[name] = now, {"name": name, "level": level, "words": words, "key": key}, numbers
-            self.board = next((value.value[:LONGEST_WORDS] for value in status.values if value.key == "board"),
-                              self.board)
 
 
 def worst_first(lights):

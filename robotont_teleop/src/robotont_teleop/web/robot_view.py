@@ -97,7 +97,7 @@ class RobotView(RobotReports):
     def status(self):
         """What changes slowly, for JSON."""
         self._frame = self._pose()[0] or self._frame
-        return {"frame": self._frame, "lights": self.lights[:LIGHTS], "board": self.board, "battery": self.battery,
+        return {"frame": self._frame, "lights": self.lights[:LIGHTS], "battery": self.battery,
                 "radius": self._body and self._body[0], "near": self._near(), "map": self._map, "scan": self._scan(),
                 "camera": self.camera.present, "navigation": self._goto.answers, "goal": self._goal.shown,
                 "note": self._note}

@@ -116,7 +116,7 @@ class WebServer(PageServer):
                      "held": sorted(self.seat.held), "pressed_at": self.robot.emergency_stop.pressed_at,
                      **self.robot.state()}]
             if tick % STATUS_STATES == 0:
-                told.append({"kind": "status", "pages": len(self.pages), **self.robot.status()})
+                told.append({"kind": "status", **self.robot.status()})
             texts = [json.dumps(one) for one in told]
             for page in tuple(self.pages):
                 page.feed(texts)

@@ -37,11 +37,6 @@ def drives(server):
     return bool(server.robot.sent) and server.robot.sent[-1] != STOP
 
 
-def choose_language(page, language):
-    """By the button that shows the next one."""
-    page.run(f"while (document.documentElement.lang !== '{language}') $('language').click()")
-
-
 def press_mouse(page, selector):
     """A click."""
     x, y = page.place(selector)

@@ -30,10 +30,7 @@ class Terminal:
 
     def _read(self):
         with contextlib.suppress(OSError):
-            while True:
-                data = os.read(self._master, 4096)
-                if not data:
-                    return
+            for data in iter(lambda: os.read(self._master, 4096), b""):
                 self.shown += data.decode("utf-8", "replace")
 
     @property

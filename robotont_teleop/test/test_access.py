@@ -42,11 +42,7 @@ def test_the_right_token_and_its_cookie_come_in():
     assert "secret-secret" not in access.cookie
     assert Access("secret-secret").admits(access.cookie), "a restart of the server must not ask again"
     assert not Access("another-secret").admits(access.cookie)
-
-
-@pytest.mark.parametrize("cookie", [None, "", "secret-secret", "ä", "0" * 64])
-def test_wrong_cookies_stay_out(cookie):
-    assert not Access("secret-secret").admits(cookie)
+    assert not any(map(access.admits, (None, "", "secret-secret", "ä", "0" * 64)))
 
 
 @pytest.mark.parametrize("host, own, names, allowed", [

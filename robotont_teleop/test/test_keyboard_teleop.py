@@ -21,10 +21,11 @@ class Keys(Bus):
     def __init__(self, monkeypatch):
         super().__init__(monkeypatch, keyboard_teleop, robot_reports, emergency_stop_publisher)
         self.connections.update(dict.fromkeys(("cmd_vel/hand", "cmd_vel/driven_by"), 1))
-        self.line, self.releases = "", 0
+        self.line, self.releases = "", []  # [s] when they were asked for
         monkeypatch.setattr(keyboard_teleop, "PUBLISH_PERIOD", 0.0)
         monkeypatch.setattr(keyboard_teleop, "_write", self._show)
-        monkeypatch.setattr(emergency_stop_publisher, "ServiceRequest", lambda *_: SimpleNamespace(call=self._release))
+        monkeypatch.setattr(emergency_stop_publisher, "ServiceRequest", lambda *_: SimpleNamespace(
+            call=lambda: self.releases.append(self.now)))
         terminal, self._keyboard = os.pipe()
         given = {one.name: one.default for one in keyboard_teleop.PARAMETERS}
         self.node = keyboard_teleop.KeyboardTeleop(given, terminal)
@@ -33,9 +34,6 @@ class Keys(Bus):
 
     def _show(self, text):
         self.line = text[len("\r"):-len("\x1b[K")]
-
-    def _release(self):
-        self.releases += 1
 
     def type(self, text="", after=0.05):
         """Keys come, and it looks; the newest command."""
@@ -106,9 +104,9 @@ def test_space_is_the_emergency_stop_and_that_of_others_lets_go_of_the_keys_too(
         keys.press("/node, /other")
         assert keys.type("www") == STOP
         assert "EMERGENCY STOP, Ctrl-U releases it" in keys.line
-        before = keys.releases
+        keys.releases.clear()
         keys.type("\x15")
-        assert keys.releases == before + 1
+        assert len(keys.releases) == 1
         keys.press("")
         keys.now += 2.0  # behind which another's release ends the own press
         assert keys.type() == STOP

@@ -17,13 +17,10 @@ WEB = HERE.parent / "web"
 
 @pytest.mark.skipif(not shutil.which("node"), reason="no node: the modules of page/modules.test.mjs are not tested")
 def test_modules(tmp_path):
-    for folder, kind in ((WEB, "*.js"), (HERE / "page", "*.mjs")):
-        target = tmp_path / "package" / folder.relative_to(HERE.parent)
-        target.mkdir(parents=True)
-        for file in folder.glob(kind):
-            shutil.copy(str(file), str(target))
-    (tmp_path / "package" / "package.json").write_text('{"type": "module"}')
-    result = subprocess.run(["node", "--test", "test/page/modules.test.mjs"], cwd=str(tmp_path / "package"), text=True,
+    for folder in (WEB, HERE / "page"):
+        shutil.copytree(folder, tmp_path / folder.relative_to(HERE.parent))
+    (tmp_path / "package.json").write_text('{"type": "module"}')
+    result = subprocess.run(["node", "--test", "test/page/modules.test.mjs"], cwd=tmp_path, text=True,
                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
     assert result.returncode == 0, result.stdout
 

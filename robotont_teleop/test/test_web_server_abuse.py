@@ -19,7 +19,7 @@ from robotont_testing.harness import wait_for
 def test_malformed_messages_end_the_page_and_stop_the_robot(served, text, code):
     page = served.ready_page()
     page.drive(0.3)
-    wait_for(lambda: served.robot.moved, "motion")
+    wait_for(lambda: served.robot.sent, "motion")
     page.send(text)
     wait_for(lambda: page.closed, "the end")
     assert page.socket.close_code in (code, None if code == 1009 else code)
@@ -60,7 +60,7 @@ def test_a_page_that_floods_holds_up_nobody_and_is_closed(served, first, frame):
     with Client(served.port) as other, ThreadPoolExecutor() as threads, open_socket(served.port) as connection:
         page = other.ready_page()
         page.drive(0.3)
-        wait_for(lambda: served.robot.moved, "motion")
+        wait_for(lambda: served.robot.sent, "motion")
         seen, start = page.states, time.monotonic()
         closed = threads.submit(flood, connection, first, frame)
         wait_for(lambda: page.states >= seen + 10, "states during the flood", timeout=3)

@@ -9,7 +9,7 @@ from nav_msgs.msg import MapMetaData, OccupancyGrid
 from tornado.httpclient import HTTPRequest
 from tornado.websocket import websocket_connect
 
-from robotont_teleop.hand.speeds import STOP, Speeds
+from robotont_teleop.hand.speeds import Speeds
 from robotont_teleop.web.access import Access
 from robotont_teleop.web.driving_seat import DrivingSeat
 from robotont_teleop.web.web_server import WebServer
@@ -50,10 +50,6 @@ class NotedRobot:
     @property
     def stopped(self):
         return self.emergency_stop.pressed
-
-    @property
-    def moved(self):
-        return any(twist != STOP for twist in self.sent)
 
     def state(self):
         return {"pose": [0.0, 0.0, 0.0], "velocity": None, "driven_by": "nobody", "mover": ["nobody", ""],

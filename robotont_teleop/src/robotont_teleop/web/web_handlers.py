@@ -17,7 +17,7 @@ CAMERA_WAIT = 5.0  # [s] a request waits for a new picture
 
 
 class Guarded:
-    """Checks that come before every request: Host; and, unless `public`, the cookie."""
+    """Checks that come before every request: Host; and, unless `public`, cookie or token."""
 
     public = False
 

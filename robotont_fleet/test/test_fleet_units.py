@@ -1,6 +1,7 @@
 """The parts of a fleet alone, without network and clock."""
 
 import json
+import queue
 from unittest.mock import Mock
 
 import pytest
@@ -10,7 +11,6 @@ from robotont_fleet import fleet_node, fleet_page, fleet_server
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet_page import StopFile
 from robotont_fleet.known_robots import NEEDS, Fleet
-from robotont_fleet.mailbox import Mailbox
 from robotont_testing.harness import wait_for
 
 
@@ -249,25 +249,12 @@ def test_who_needs_somebody_comes_first_and_is_counted():
     assert view["need"] == 8
 
 
-def test_of_orders_that_wait_the_newest_of_each_kind_is_left_in_their_order():
-    mailbox = Mailbox()
-    for number in range(100):
-        mailbox.put("goal", f"goal {number}")
-        mailbox.put("stop", f"stop {number}")
-    mailbox.put("cancel", "cancel")
-    mailbox.put("goal", "goal")
-    assert [mailbox.take() for _ in range(3)] == ["stop 99", "cancel", "goal"]
-    for number in range(100):
-        mailbox.put(number, number)
-    assert mailbox.take() == 84
-
-
 @pytest.fixture
 def node(monkeypatch):
     """A FleetNode without its threads; `now`: [s] of the clock that a suspended computer does not stop."""
     node = fleet_node.FleetNode.__new__(fleet_node.FleetNode)
     node._identity, node._others, node._held, node._note, node._noted = "a", set(), [], "", 0.0
-    node._mailbox, node._due = Mailbox(), Mock()
+    node._orders, node._due = queue.Queue(fleet_node.WAITING), Mock()
     node._robot = Mock(stopped_from_here=False, state=dict, release=Mock(return_value=""))
     node.now = 100.0
     monkeypatch.setattr(fleet_node, "boot_time", lambda: node.now, raising=False)
@@ -279,6 +266,12 @@ def node(monkeypatch):
 
 def said(node):
     return json.loads(node._state())
+
+
+def test_however_many_orders_come_none_of_them_waits_for_room_and_garbage_takes_none(node):
+    for payload in (b"[", *[b'{"kind": "stop", "number": "p-1"}'] * (fleet_node.WAITING + 1)):
+        node._take(Mock(payload=payload))
+    assert (node._orders.qsize(), node._orders.get()["kind"]) == (fleet_node.WAITING, "stop")
 
 
 def test_why_an_order_was_refused_is_not_told_for_ever(node):
@@ -331,7 +324,7 @@ def test_a_goal_or_release_of_another_age_is_refused_also_behind_a_sleep_of_the_
     node._held = ["p-1"]
     now = {"id": "a", "seen": said(node)["number"]}
     for order in ({"kind": "release", "number": "p-1"}, {"kind": "goal", "x": 1.0, "y": 0.0}):
-        node._mailbox.put(order["kind"], {**order, **now})
+        node._orders.put({**order, **now})
     node.now += slept  # time.monotonic() stands still
     node._robot.goal.return_value = ""
     for kind in ("release", "goal"):

@@ -5,6 +5,7 @@ A process of its own, for which the driver never waits. Without a router or with
 
 import contextlib
 import json
+import queue
 import secrets
 import socket
 import threading
@@ -17,7 +18,6 @@ from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.lifecycle import refuse, run_without_wheels
 from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_fleet import zenoh_keys as keys
-from robotont_fleet.mailbox import Mailbox
 from robotont_fleet.messages import CONFIRMED, TO_ROBOT, read_order
 from robotont_fleet.robot_telemetry import RobotTelemetry
 from robotont_fleet.zenoh_setup import ABSENT, client_settings, open_session, read_password, send, zenoh
@@ -29,6 +29,7 @@ PARAMETERS = (
 )
 STATE_PERIOD, LEAST_PERIOD = 0.5, 0.01  # [s] of its state, and at least where something has changed
 NOTED = 15.0  # [s] for which it is told why an order was refused
+WAITING = 1000  # orders that have come; beyond, one is dropped: a stop is sent again
 OLDEST = 2.0  # [s] a goal or a release that was sent longer ago is refused
 
 
@@ -49,7 +50,7 @@ class FleetNode:
         self._others = set()                    # identities of other processes with our name
         self._held = []                         # numbers of the stops that hold, the newest last
         self._note, self._noted = "", 0.0       # why the newest order was refused, and when [s]
-        self._mailbox = Mailbox()
+        self._orders = queue.Queue(WAITING)     # that wait to be carried out
         self._session = None
         self._due = threading.Event()           # the next state, at once
         self._robot = RobotTelemetry(self._on_pressed_by, self._refuse)
@@ -95,7 +96,7 @@ class FleetNode:
         return self._held or [self._identity]
 
     def _on_pressed_by(self, _message):
-        self._mailbox.put("pressed_by", {"kind": "pressed_by"})  # a stop may be on its way as well
+        self._orders.put({"kind": "pressed_by"})  # a stop may be on its way as well
 
     # In
 
@@ -104,13 +105,12 @@ class FleetNode:
 
         There it may do no more: what asked zenoh for anything would wait for ever where another thread asks, too.
         """
-        with contextlib.suppress(ValueError):
-            order = read_order(sample.payload, TO_ROBOT)
-            self._mailbox.put((order["kind"], order.get("number")), order)
+        with contextlib.suppress(ValueError, queue.Full):
+            self._orders.put_nowait(read_order(sample.payload, TO_ROBOT))
 
     def _obey(self):
         """Carry out what has come; returns the time to rest."""
-        self._on_order(self._mailbox.take())
+        self._on_order(self._orders.get())
         self._due.set()
         return 0.0
 

@@ -84,7 +84,7 @@ def test_states_and_orders_go_on_behind_a_jam():
     """A robot was silent to the page for ever, although connected, that had once been short of processor time."""
     port = free_port()
     heard = {"up": [], "down": []}
-    with open_session(setup.router_settings("127.0.0.1", port)) as router, \
+    with open_session(setup.router_settings(port)) as router, \
             open_session(client_settings(f"tcp/127.0.0.1:{port}")) as robot:
         for session, key in ((router, "up"), (robot, "down")):
             session.declare_subscriber(key, lambda sample, key=key: heard[key].append(len(sample.payload)))
@@ -126,7 +126,7 @@ def test_a_robot_says_whether_the_router_answers():
     node, port = fleet_node.FleetNode.__new__(fleet_node.FleetNode), free_port()
     node.name, node._password_file, node._parameters = "r1", "password", {"router": "there"}
     node._others, node._robot = (), SimpleNamespace(emergency_stop=SimpleNamespace(has_driver=True))
-    with open_session(setup.router_settings("127.0.0.1", port)) as router, \
+    with open_session(setup.router_settings(port)) as router, \
             open_session(client_settings(f"tcp/127.0.0.1:{port}")) as node._session:
         assert node._report()[1] == "connected"
         node._robot.emergency_stop.has_driver = False

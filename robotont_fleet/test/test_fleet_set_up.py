@@ -19,14 +19,13 @@ def test_a_name_that_is_no_part_of_a_key_or_the_teachers_is_refused(name):
 def test_each_robot_gets_its_own_keys_only(tmp_path):
     users = add_users(tmp_path / "users", ["order", "r2"])
     assert read_users(tmp_path / "users") == users
-    access = router_settings("0.0.0.0", 7447, users=users, users_file=tmp_path / "users")["access_control"]
+    access = router_settings(7447, tmp_path / "users")["access_control"]
     rules = {rule["id"]: rule["key_exprs"] for rule in access["rules"]}
     assert rules["teacher"] == ["**"]
     assert all("/order/" in key for key in rules["order"])
     assert access["default_permission"] == "deny"
-    users.pop("teacher")
-    with pytest.raises(ValueError, match="users: found no teacher, allowed: .*--add"):
-        router_settings("0.0.0.0", 7447, users=users, users_file=tmp_path / "users")
+    with pytest.raises(ValueError, match=r"other: found no password of the page \(teacher\), allowed: .*--add"):
+        router_settings(7447, tmp_path / "other")
     (tmp_path / "users").chmod(0o644)
     with pytest.raises(ValueError, match="600"):
         read_users(tmp_path / "users")

@@ -25,17 +25,9 @@ from robotont_driver.parameters.files import read_file, write_file
 from robotont_driver.parameters.yaml_file import read_mapping
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.fleet_server import FleetServer
-from robotont_fleet.known_robots import Fleet
+from robotont_fleet.known_robots import REPEAT, Fleet
 from robotont_fleet.messages import NONE, number, read_state
-from robotont_fleet.zenoh_setup import (
-    ABSENT,
-    add_users,
-    open_session,
-    read_users,
-    router_settings,
-    send,
-    zenoh,
-)
+from robotont_fleet.zenoh_setup import ABSENT, add_users, open_session, router_settings, send, zenoh
 from robotont_teleop.web.page_setup import SetUpError, host_names, invitation, make_access, own_address, ros_home
 from robotont_teleop.web.web_handlers import read_files
 
@@ -86,20 +78,6 @@ def read_ground(path):
 def page_files():
     """The page's files by name: its own, and the login and the style of robotont_teleop's."""
     return {**read_files("robotont_teleop"), **read_files("robotont_fleet")}
-
-
-def zenoh_settings(options):
-    """For the router. Raises SetUpError where the network would stand open; ValueError, OSError."""
-    users = read_users(users_file())
-    host = "0.0.0.0" if options.network else "127.0.0.1"
-    if options.network and not users:
-        raise SetUpError("--network: no robot has a password: ./robotont fleet --add ROBOT ... makes them")
-    return router_settings(host, options.router_port, users if options.network else None, users_file())
-
-
-def users_file():
-    """Names and passwords, in the form of zenoh."""
-    return ros_home() / "robotont_fleet_users"
 
 
 class StopFile:
@@ -169,11 +147,10 @@ class ZenohSide:
 
 
 async def serve(options, session):
-    """Serve the page until a signal ends it. Raises SetUpError."""
+    """Serve the page, and send again what is not confirmed, until a signal ends it. Raises SetUpError."""
     loop = asyncio.get_running_loop()
-    ended = asyncio.Event()
     for one in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(one, ended.set)
+        loop.add_signal_handler(one, asyncio.current_task().cancel)
     address = "0.0.0.0" if options.network else "127.0.0.1"
     access = make_access(address, str(ros_home() / "robotont_fleet_token"), "robotont_fleet")
     ground = read_ground(options.map) if options.map else None
@@ -183,18 +160,19 @@ async def serve(options, session):
     url = server.listen(address, options.port)
     print(f"all robots on one page: {url}", *invitation(url, access, sys.stdout.isatty()), sep="\n")
     print(f"robots connect to tcp/{own_address() if options.network else address}:{options.router_port}", flush=True)
-    stops = loop.create_task(server.repeat_stops())
-    await asyncio.wait([stops, loop.create_task(ended.wait())], return_when=asyncio.FIRST_COMPLETED)
-    if stops.done():
-        stops.result()  # raises what ended it
+    with contextlib.suppress(asyncio.CancelledError):
+        while True:
+            side.fleet.repeat(boot_time())
+            await asyncio.sleep(REPEAT)
 
 
 def main():
     """Run the command; returns its exit status."""
     options = arguments()
+    users_file = ros_home() / "robotont_fleet_users"
     try:
         if options.add:
-            users = add_users(users_file(), options.add)
+            users = add_users(users_file, options.add)
             for name in options.add:
                 print(f"on {name}: umask 077; "
                       'd="${ROS_HOME:-$HOME/.ros}"; mkdir -p "$d"; '
@@ -204,7 +182,7 @@ def main():
             return 0
         if zenoh is None:
             raise SetUpError(ABSENT)
-        with open_session(zenoh_settings(options)) as session:
+        with open_session(router_settings(options.router_port, users_file if options.network else None)) as session:
             asyncio.run(serve(options, session))
     except (SetUpError, OSError, ValueError, getattr(zenoh, "ZError", OSError)) as error:
         print(f"fleet: {error}", file=sys.stderr)

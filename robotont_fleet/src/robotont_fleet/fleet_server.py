@@ -1,11 +1,9 @@
 """The web server of the fleet's page: logins and orders in, all robots out. Free of zenoh and of ROS."""
 
-import asyncio
-
 import tornado.web
 
 from robotont_driver.link.boot_clock import boot_time
-from robotont_fleet.known_robots import REPEAT, SILENT
+from robotont_fleet.known_robots import SILENT
 from robotont_fleet.messages import TO_PAGE, read_order
 from robotont_fleet.zenoh_keys import check_name
 from robotont_teleop.web.metrics import metrics
@@ -31,12 +29,6 @@ class FleetServer(PageServer):
         robots = self.fleet.view(boot_time())["robots"]
         return metrics([{**one, "up": one["present"] and one.get("driver") and one["age"] <= SILENT}
                         for one in robots], {})
-
-    async def repeat_stops(self):
-        """For ever: what is not confirmed is sent again."""
-        while True:
-            self.fleet.repeat(boot_time())
-            await asyncio.sleep(REPEAT)
 
 
 class RobotsHandler(Guarded, tornado.web.RequestHandler):

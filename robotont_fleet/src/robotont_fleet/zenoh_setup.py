@@ -41,17 +41,19 @@ def client_settings(router, user="", password=""):
     return {**settings, **_login(user, password)} if password else settings
 
 
-def router_settings(host, port, users=None, users_file=""):
-    """Settings of a router.
+def router_settings(port, users_file=None):
+    """Settings of a router on this computer, for who is in a `users_file`; without one for this computer only.
 
-    users: {name: password}; each robot may use its own keys only. None: anybody, all keys. Raises ValueError where
-    they lack the page itself.
+    Each robot may use its own keys only; without a file anybody all keys. Raises ValueError, OSError where the file
+    cannot be used, or lacks the page itself.
     """
-    settings = {**COMMON, "mode": "router", "listen/endpoints": [f"tcp/{host}:{port}"]}
-    if users is None:
+    address = "0.0.0.0" if users_file else "127.0.0.1"
+    settings = {**COMMON, "mode": "router", "listen/endpoints": [f"tcp/{address}:{port}"]}
+    if not users_file:
         return settings
+    users = read_users(users_file)
     if TEACHER not in users:
-        raise ValueError(f"{users_file}: found no {TEACHER}, allowed: NAME:PASSWORD of the page, too, which "
+        raise ValueError(f"{users_file}: found no password of the page ({TEACHER}), allowed: what "
                          "./robotont fleet --add ROBOT ... makes")
     keys = {name: ["**"] if name == TEACHER else [f"{OWN}/{name}/**"] for name in users}
     access = {"enabled": True, "default_permission": "deny",

@@ -2,7 +2,6 @@
 
 import json
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -36,17 +35,11 @@ class Rig(Master):
         self.robots = {}
 
     def start_page(self, *arguments):
+        log = self.folder / "page.log"
         self.page = self.start(places.program("robotont_fleet", "fleet"), "--port", self.port, "--router-port",
-                               self.router_port, *arguments, log=self.folder / "page.log", ROS_HOME=str(self.home))
-        wait_for(self.answers, "the page", PATIENCE)
-
-    def answers(self):
-        assert self.page.poll() is None, (self.folder / "page.log").read_text()
-        try:
-            socket.create_connection(("127.0.0.1", self.port)).close()
-        except OSError:
-            return False
-        return True
+                               self.router_port, *arguments, log=log, ROS_HOME=str(self.home))
+        wait_for(lambda: "robots connect to " in log.read_text() or self.page.poll() is not None, "the page", PATIENCE)
+        assert self.page.poll() is None, log.read_text()
 
     def request(self, method, path, body=None):
         return self._client.request(method, path, body, Origin=f"http://127.0.0.1:{self.port}")

@@ -44,6 +44,12 @@ def test_a_stop_is_short_and_the_robot_does_not_swing_back(wheels, twist, second
     assert moving <= 0.4
 
 
+def test_wheels_that_rest_on_an_edge_do_not_count_to_and_fro():
+    run = run_in()
+    run.hold(REST, 3.0)
+    assert not np.any(run.counts[-100:]), run.counts[-100:]
+
+
 def test_the_same_seed_gives_the_same_run_and_another_one_other_encoders():
     def play(seed):
         run = run_in(seed=seed)

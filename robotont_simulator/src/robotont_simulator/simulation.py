@@ -11,6 +11,7 @@ from robotont_simulator.mujoco_model import FRICTION, TIMESTEP, VOLTAGE, WORLD_G
 
 JAMMED = 50.0      # [N m] friction of a wheel that something holds: more than any motor
 PUSH_DURATION = 0.3  # [s] that a push takes
+HYSTERESIS = 0.1  # edges, of the encoders' Hall sensors: a wheel that rests on an edge does not count to and fro
 GRAVITY = 9.81  # [m/s^2]
 # Of the three axes of the gyro [rad/s] and of the accelerometer [m/s^2]: noise per sqrt(Hz), standard deviations of the
 # offset at the start and of the scale's error, walk of the offset per sqrt(s)
@@ -57,9 +58,8 @@ class Simulation(Scene):
         self._angles, self._dofs = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
         self._brake, self._frictions = model.actuator_biasprm[:, 2].copy(), model.dof_frictionloss[self._dofs].copy()
         self.counters = np.random.default_rng(seed).integers(0, 0x10000, wheels.amount)  # 0..65535, from anywhere on
-        self._edges = np.zeros(wheels.amount, int)  # since the start, as the wheels turned
         self.encoders, self.powered = np.ones((2, wheels.amount), int)
-        self.efforts = np.zeros(wheels.amount)
+        self.efforts, self._turned = np.zeros((2, wheels.amount))  # turned: edges since the start, as the encoders feel
         self._push_ends = self._owed = 0.0  # [s]; owed: passed on an official board, and not here
         readings = max(part for part in range(1, self._steps + 1)
                        if self._steps % part == 0 and part <= max(1, imu_rate / wheels.pid_frequency))
@@ -77,8 +77,7 @@ class Simulation(Scene):
     @property
     def inertia(self):
         """Mass [kg] and moment of inertia [kg m^2], about its centre of mass, of the robot with its wheels."""
-        composite = self.data.crb[self._body].tolist()
-        return composite[9], composite[2]
+        return tuple(self.data.crb[self._body][[9, 2]].tolist())
 
     def step(self):
         """One PID period."""
@@ -88,9 +87,10 @@ class Simulation(Scene):
         if self.time >= self._push_ends:
             self.data.xfrc_applied[self._body] = 0.0
         self.imu_readings = [self._read_imu() for _ in range(self._steps // self._imu_steps)]
-        edges = np.floor(self.data.qpos[self._angles] * self.wheels.edges_per_turn / (2 * math.pi)).astype(int)
-        self.counters = (self.counters + self.encoders * (edges - self._edges)) % 0x10000
-        self._edges = edges
+        turned, before = self.data.qpos[self._angles] * self.wheels.edges_per_turn / (2 * math.pi), self._turned
+        self._turned = np.clip(before, turned - HYSTERESIS, turned + HYSTERESIS)
+        edges = (np.floor(self._turned) - np.floor(before)).astype(int)
+        self.counters = (self.counters + self.encoders * edges) % 0x10000
 
     def turn(self, efforts, seconds):
         """Let time pass with efforts from -1 to 1; edges, integers, in it: the motors of a board of robotont_boards."""

@@ -1,3 +1,5 @@
+import {set} from "./page.js";
+
 // A floor as SVG: the group .world in `box` is in metres, everything in it is drawn by the browser when it changes.
 export class Floor {
   towards = [1, 0, 0, -1]; // the directions on the screen, right and down, of the floor's x and of its y
@@ -13,7 +15,7 @@ export class Floor {
   // (x, y) [m] in the middle, at so many pixels per metre; lengths in pixels are `--px` in the style sheet.
   show(x, y, pixels) {
     const [a, b, c, d] = this.towards.map((part) => part * pixels);
-    this.part("world").setAttribute("transform", `matrix(${a} ${b} ${c} ${d} ${-a * x - c * y} ${-b * x - d * y})`);
+    set(this.part("world"), "transform", `matrix(${a} ${b} ${c} ${d} ${-a * x - c * y} ${-b * x - d * y})`);
     this.box.style.setProperty("--px", 1 / pixels);
   }
 

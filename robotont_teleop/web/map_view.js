@@ -1,6 +1,7 @@
 // The robot from above: map, scan, goal, robot. The map's x points up and its y to the left (REP 103), or the
 // robot's.
 import {Floor, at} from "./floor_svg.js";
+import {set} from "./page.js";
 
 const SMALLEST = 6;        // [px] radius of the drawn robot
 const SHOWN = [6, 12];     // [m] that are seen of the floor, about; and as the whole of it where there is no map
@@ -38,7 +39,7 @@ export class View extends Floor {
   // A goal, or a wish, at a place, or nowhere
   mark(name, place) {
     this.part(name).toggleAttribute("hidden", !place);
-    this.part(name).setAttribute("transform", at(place ?? [0, 0]));
+    set(this.part(name), "transform", at(place ?? [0, 0]));
   }
 
   draw() {
@@ -54,6 +55,6 @@ export class View extends Floor {
     this.towards = [Math.sin(up), -Math.cos(up), -Math.cos(up), -Math.sin(up)];
     this.show(x, y, pixels);
     this.part("robot").toggleAttribute("hidden", !this.pose);
-    this.part("robot").setAttribute("transform", `${at(pose)} scale(${Math.max(this.radius, SMALLEST / pixels)})`);
+    set(this.part("robot"), "transform", `${at(pose)} scale(${Math.max(this.radius, SMALLEST / pixels)})`);
   }
 }

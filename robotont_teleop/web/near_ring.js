@@ -1,6 +1,6 @@
 // What the sensors see around the robot, as a ring over camera and map: what is near, the least distance, and where no
 // sensor sees.
-import {number} from "./page.js";
+import {number, set, write} from "./page.js";
 
 const CLOSE = 0.2, NEAR = 0.6; // [m] from the robot's rim
 const spot = (turn, radius) => [-radius * Math.sin(turn), -radius * Math.cos(turn)];
@@ -15,12 +15,12 @@ export function showNear(ring, gaps, ahead) {
     arcs[kind] += gap > NEAR ? "" : `M${spot(sector(place - 0.42), 100)}A100 100 0 0 0 ${spot(sector(place + 0.42), 100)}`;
   });
   for (const path of ring.querySelectorAll("path")) {
-    path.setAttribute("d", arcs[path.classList]);
+    set(path, "d", arcs[path.classList]);
   }
   const least = Math.min(...gaps.filter((gap) => gap !== null));
   const [x, y] = spot(sector(gaps.indexOf(least)), 72);
   const words = ring.querySelector("text");
-  words.textContent = least < NEAR ? `${number(least)} m` : "";
-  words.setAttribute("x", x || 0);
-  words.setAttribute("y", y || 0);
+  write(words, least < NEAR ? `${number(least)} m` : "");
+  set(words, "x", x || 0);
+  set(words, "y", y || 0);
 }

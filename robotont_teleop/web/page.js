@@ -8,6 +8,13 @@ export function write(element, words) {
   }
 }
 
+// Likewise an attribute: a browser draws anew what is set, also where it is the same
+export function set(element, name, value) {
+  if (element.getAttribute(name) !== String(value)) {
+    element.setAttribute(name, value);
+  }
+}
+
 // Two decimals, and no zero with a sign
 export function number(value) {
   return (Math.round(value * 100) / 100 + 0).toFixed(2);

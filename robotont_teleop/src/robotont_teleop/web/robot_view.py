@@ -89,7 +89,7 @@ class RobotView(RobotReports):
     def state(self):
         """What changes fast, for JSON."""
         stop = self.emergency_stop
-        return {"pose": rounded(self._pose()[1], 4), "velocity": rounded(self.velocity, 3),
+        return {"pose": rounded(self._pose()[1], 3), "velocity": rounded(self.velocity, 3),
                 "driven_by": self.driven_by, "mover": self._movers.who(self.driven_by, boot_time()),
                 "stopped": stop.pressed, "stop_waits": stop.waits, "pressed_here": stop.latched and not stop.waits,
                 "heard": self._command.get_num_connections() > 0}

@@ -172,5 +172,6 @@ class DriverNode:
                 "times that this node was stopped or starved": self._arrivals.gaps.amount,
                 "age of newest command [s]": "none yet" if age is None else f"{age:.2f}",
             }
-        words = complaint or ("no cmd_vel yet" if age is None else "following cmd_vel")
+        newest = "no cmd_vel yet" if age is None else f"no cmd_vel for {age:.0f} s"
+        words = complaint or ("following cmd_vel" if stream.time_left(now) else newest)
         return WARN if complaint else OK, words, values

@@ -27,9 +27,9 @@ def bag(tmp_path_factory):
     poses, times = path_of(twists), START + PERIOD * np.arange(len(twists) + 1)
     made = Recording()
     made.packets = list(zip(times[1:], counts))
-    truth = Trajectory(times, poses).at(np.arange(START, times[-1], 0.025))
+    seen = np.arange(START, times[-1], 0.025)
     write_run(path, serial_read=made.packets, odom=zip(times[1:], made.recomputed(WHEELS).poses),
-              truth=zip(truth.times, truth.poses))
+              truth=zip(seen, Trajectory(times, poses).at(seen)))
     return path
 
 

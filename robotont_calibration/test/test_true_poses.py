@@ -7,7 +7,7 @@ import pytest
 from synthetic_runs import drives, taped_runs, true_of
 
 from robotont_calibration.calibrate_wheels import WHEEL_NOISE, contradictions
-from robotont_calibration.calibration_runs import misfits
+from robotont_calibration.calibration_runs import errors_along
 from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.true_poses import YAWS
 from robotont_calibration.wheel_estimation import calibrate
@@ -45,8 +45,8 @@ def guided(true, seed=0, spoil=lambda i, p: p, which=(0, 1, 2, 3, 4, 5)):
 
 def worse(parameters, clean):
     """[m] by how much the ends of clean runs are farther off than with the file."""
-    return np.mean([np.hypot(*misfits(read_wheels(parameters), run)[-1, :2])
-                    - np.hypot(*misfits(read_wheels(SHIPPED), run)[-1, :2]) for run in clean])
+    return np.mean([errors_along(read_wheels(parameters), run)[0] - errors_along(read_wheels(SHIPPED), run)[0]
+                    for run in clean])
 
 
 def judged(runs):

@@ -92,8 +92,8 @@ def test_a_turn_on_the_spot_determines_no_radius_and_its_whole_turns_need_not_be
     run, wrapped = (taped_run("spin", counts, (*poses[-1, :2], yaw), TAPE)
                     for yaw in (poses[-1, 2], math.remainder(poses[-1, 2], 2 * math.pi)))
     assert {"wheelRadius", "wheelDistanceFromCenter"} <= set(calibrated([run], NOISE).undetermined)
-    one, other = (calibration_runs.misfits(read_wheels(SHIPPED), each)[-1] for each in (run, wrapped))
-    np.testing.assert_allclose(one, other, atol=1e-9)
+    one, other = (calibration_runs.errors_along(read_wheels(SHIPPED), each) for each in (run, wrapped))
+    assert one == pytest.approx(other, abs=1e-9)
 
 
 def test_the_end_pose_is_that_of_the_odometry():
@@ -102,7 +102,7 @@ def test_the_end_pose_is_that_of_the_odometry():
     odometry = WheelOdometry(Kinematics(wheels), PERIOD, NOISE)
     for packet in counts.tolist():
         odometry.update(packet, PERIOD)
-    x, y, yaw = calibration_runs.poses_at_marks(wheels, taped_run("any", counts, (0, 0, 0), TAPE))[-1]
+    x, y, yaw = calibration_runs.odometry(wheels, counts)[-1]
     assert (x, y) == pytest.approx((odometry.pose.x, odometry.pose.y), abs=1e-9)
     assert math.remainder(yaw - odometry.pose.yaw, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
 

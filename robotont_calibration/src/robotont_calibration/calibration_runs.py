@@ -5,7 +5,6 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from robotont_calibration.trajectory import seen_from
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 
@@ -22,21 +21,15 @@ class Run(NamedTuple):
     marks: np.ndarray              # M rising numbers of packets that had come when a pose was measured
     poses: np.ndarray              # M x 3 measured there: x [m], y [m], yaw [rad], modulo full turns
     deviation: Tuple[float, float]  # standard deviations of each as measured: place [m], yaw [rad]
-    stretches: np.ndarray          # L x 2 indices of marks: begin and end
+    stretches: np.ndarray          # L indices of marks: from each to the next one the two are compared
     missing: int = 0               # packets, by the times of the others
     longest_gap: float = 0.0       # [s] between two packets
-
-    @property
-    def moved(self):
-        """L x 3 measured motions, the end of each stretch as seen from its begin."""
-        begins, ends = self.stretches.T
-        return seen_from(self.poses[begins], self.poses[ends])
 
 
 def taped_run(name, counts, end, deviation):
     """`Run` of which only the end (x [m], y [m], yaw [rad]) is known, as seen from the start."""
     return Run(name, np.asarray(counts), np.array((0, len(counts))), np.array(((0.0, 0.0, 0.0), end)), deviation,
-               np.array(((0, 1),)))
+               np.array((0,)))
 
 
 def tracked_run(name, times, counts, truth, seconds, deviation):
@@ -46,7 +39,7 @@ def tracked_run(name, times, counts, truth, seconds, deviation):
     without motion are excluded. Raises ValueError when nothing is left, or when packets of a long time are missing.
     """
     tracked = np.flatnonzero((times >= truth.times[0]) & (times <= truth.times[-1]))
-    stretches = []
+    stretches = np.array(())
     if len(tracked) > 1:
         gaps = np.diff(times[tracked])
         widest = gaps.argmax()
@@ -56,13 +49,11 @@ def tracked_run(name, times, counts, truth, seconds, deviation):
         amount = max(1, round((times[tracked[-1]] - times[tracked[0]]) / seconds))
         marks = np.unique(np.linspace(tracked[0], tracked[-1], amount + 1).round().astype(int))
         counts = np.asarray(counts)
-        stretches = [(number, number + 1) for number, (begin, end) in enumerate(zip(marks.tolist(), marks[1:].tolist()))
-                     if counts[begin + 1:end + 1].any()]
-    if not stretches:
+        stretches = np.flatnonzero([counts[begin + 1:end + 1].any() for begin, end in zip(marks, marks[1:])])
+    if not stretches.size:
         raise ValueError("found no packets with motion while the true pose is known")
-    poses = np.column_stack([np.interp(times[marks], truth.times, column) for column in truth.poses.T])
     first = marks[0] + 1
-    return Run(name, counts[first:marks[-1] + 1], marks + 1 - first, poses, deviation, np.array(stretches))
+    return Run(name, counts[first:marks[-1] + 1], marks + 1 - first, truth.at(times[marks]), deviation, stretches)
 
 
 def repeats(runs):
@@ -84,30 +75,21 @@ def turns(runs):
     return any(np.abs(se2.wrap(run.poses[:, 2] - run.poses[0, 2])).max() > TURNING for run in runs)
 
 
-def poses_at_marks(wheels, run, point=(0.0, 0.0)):
-    """M x 3 poses of the measured point at the marks, of odometry that begins at the origin; yaw is not wrapped."""
-    poses = np.vstack([np.zeros(3), se2.path(steps_of(wheels, run.counts))])[run.marks]
+def odometry(wheels, counts, point=(0.0, 0.0)):
+    """K + 1 x 3 poses of a point (x, y) [m] of base_link by counts K x n, of a robot at the origin; yaw not wrapped."""
+    poses = np.vstack([np.zeros(3), se2.path(counts @ to_step(wheels).T)])
     return np.transpose(se2.compose(poses.T, (*point, 0.0)))
 
 
-def misfits(wheels, run, point=(0.0, 0.0)):
-    """M - 1 x 3 (x [m], y [m], yaw [rad]) by which the odometry misses each further mark, seen from the first one."""
-    poses = poses_at_marks(wheels, run, point)
-    start = np.zeros(len(poses) - 1, dtype=int)
-    left = seen_from(poses[start], poses[1:]) - seen_from(run.poses[start], run.poses[1:])
-    left[:, 2] = se2.wrap(left[:, 2])
-    return left
-
-
 def errors_along(wheels, run, point=(0.0, 0.0)):
-    """(place [m], root of the mean square over the marks; yaw [rad] at the last) by which the odometry is wrong."""
-    left = misfits(wheels, run, point)
-    return float(np.sqrt(np.mean(left[:, 0] ** 2 + left[:, 1] ** 2))), float(abs(left[-1, 2]))
+    """(place [m], root of the mean square over the marks; yaw [rad] at the last) by which the odometry is wrong.
 
-
-def steps_of(wheels, counts):
-    """K x 3 steps in base_link, of counts K x n."""
-    return counts @ to_step(wheels).T
+    Both are seen from the first mark.
+    """
+    found, true = (np.array(se2.between(poses[0], poses[1:].T))
+                   for poses in (odometry(wheels, run.counts, point)[run.marks], run.poses))
+    x, y, yaw = found - true
+    return float(np.sqrt(np.mean(x ** 2 + y ** 2))), float(abs(se2.wrap(yaw[-1])))
 
 
 def to_step(wheels):

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from robotont_calibration.calibration_runs import Run, poses_at_marks, taped_run
+from robotont_calibration.calibration_runs import odometry, taped_run
 from robotont_calibration.linear_runs import linear_runs
 from robotont_calibration.standard_drives import calibration_drives
 from robotont_calibration.wheel_estimation import information
@@ -35,7 +35,6 @@ def next_run(found, free, deviation):
 
 def _ideal_run(name, wheels, twists, deviation):
     """`Run` of a robot that drives exactly these twists, measured at its end."""
-    counts = np.array(list(twists)) @ Kinematics(wheels).matrix.T / np.array(wheels.metres_per_edge) \
-        / wheels.pid_frequency
-    run = taped_run(name, counts, (0.0, 0.0, 0.0), deviation)
-    return Run(*run[:3], poses_at_marks(wheels, run), *run[4:])
+    kinematics = Kinematics(wheels)
+    counts = np.array(list(twists)) @ kinematics.matrix.T * kinematics.units_per_speed
+    return taped_run(name, counts, odometry(wheels, counts)[-1], deviation)

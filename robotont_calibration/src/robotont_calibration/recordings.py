@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import rosbag
 
-from robotont_calibration.calibration_runs import steps_of
+from robotont_calibration.calibration_runs import odometry
 from robotont_calibration.trajectory import Trajectory
 from robotont_driver.kinematics import se2
 from robotont_driver.odometry.odometry_stamps import SECOND, OdometryStamps
@@ -73,7 +73,7 @@ class Recording:
     def recomputed(self, wheels, point=(0.0, 0.0)):
         """`Trajectory` of a point (x, y) [m] of base_link, by these packets with other `Wheels`, from the origin."""
         times, counts = self.counts(wheels)
-        return Trajectory(times, np.transpose(se2.compose(se2.path(steps_of(wheels, counts)).T, (*point, 0.0))))
+        return Trajectory(times, odometry(wheels, counts, point)[1:])
 
 
 def read_recording(path, topics):

@@ -6,18 +6,13 @@ from robotont_driver.kinematics import se2
 
 
 class Trajectory:
-    """Poses over time. times: K [s], rising; poses: K x 3, whose yaw is unwrapped here.
+    """Poses over time, finite numbers. times: K [s], rising; poses: K x 3, whose yaw is unwrapped here.
 
-    Poses of a stamp that is not newer than the one before are dropped. Raises ValueError when fewer than
-    two remain or a number is not finite.
+    Poses of a stamp that is not newer than the one before are dropped. Raises ValueError when fewer than two remain.
     """
 
     def __init__(self, times, poses):
         times, poses = np.asarray(times, dtype=float), np.array(poses, dtype=float).reshape(-1, 3)
-        if len(times) != len(poses):
-            raise ValueError(f"found {len(times)} times for {len(poses)} poses, allowed: one time per pose")
-        if not (np.isfinite(times).all() and np.isfinite(poses).all()):
-            raise ValueError("found a time or pose that is not a finite number")
         newest = np.maximum.accumulate(np.concatenate([[-np.inf], times[:-1]]))
         times, poses = times[times > newest], poses[times > newest]
         if len(times) < 2:
@@ -27,9 +22,8 @@ class Trajectory:
         self.poses = poses
 
     def at(self, times):
-        """The trajectory at other `times` [s] within its own, on straight lines between its poses."""
-        return Trajectory(times, np.column_stack([
-            np.interp(times, self.times, column) for column in self.poses.T]))
+        """Poses at other `times` [s] within its own, on straight lines between its poses."""
+        return np.column_stack([np.interp(times, self.times, column) for column in self.poses.T])
 
 
 def synchronise(estimate, reference):
@@ -43,11 +37,7 @@ def synchronise(estimate, reference):
         raise ValueError(
             f"the estimate ({estimate.times[0]:.2f} to {estimate.times[-1]:.2f} s) and the reference "
             f"({reference.times[0]:.2f} to {reference.times[-1]:.2f} s) do not overlap in time")
-    reference, poses = reference.at(estimate.times[shared]), estimate.poses[shared]
-    moved = se2.compose(reference.poses[0], se2.between(poses[0], poses.T))
-    return Trajectory(reference.times, np.transpose(moved)), reference
-
-
-def seen_from(starts, ends):
-    """K x 3 poses of `ends` as seen from `starts`, K x 3 each."""
-    return np.transpose(se2.between(starts.T, ends.T))
+    times, poses = estimate.times[shared], estimate.poses[shared]
+    true = reference.at(times)
+    moved = se2.compose(true[0], se2.between(poses[0], poses.T))
+    return Trajectory(times, np.transpose(moved)), Trajectory(times, true)

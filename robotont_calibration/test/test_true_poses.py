@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from synthetic_runs import drives, taped_runs, true_of
 
-from robotont_calibration.calibrate_wheels import WHEEL_NOISE, contradictions
+from robotont_calibration.calibrate_wheels import contradictions
 from robotont_calibration.calibration_runs import errors_along
 from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.true_poses import YAWS
@@ -51,9 +51,8 @@ def worse(parameters, clean):
 
 def judged(runs):
     """(`Calibration`, reasons not to write it)."""
-    free = FreeParameters(SHIPPED)
-    found = calibrate(SHIPPED, runs, free, WHEEL_NOISE)
-    return found, contradictions(SHIPPED, runs, free, found)
+    found = calibrate(runs, FreeParameters(SHIPPED))
+    return found, contradictions(runs, found)
 
 
 @pytest.mark.parametrize("true", [NEAR, FAR_OFF], ids=["near", "far off"])

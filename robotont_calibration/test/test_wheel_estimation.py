@@ -29,14 +29,14 @@ def errors_of(found, true):
     return np.array([*lengths, *np.subtract(found.parameters["wheelRads"], true["wheelRads"])])
 
 
-def calibrated(runs, noise=0.003, wrong=SHIPPED, **free):
-    return calibrate(wrong, list(runs), FreeParameters(wrong, **free), noise)
+def calibrated(runs, wrong=SHIPPED, **free):
+    return calibrate(list(runs), FreeParameters(wrong, **free))
 
 
 @pytest.mark.parametrize("wrong", [SHIPPED, UNEVEN_4], ids=["3 wheels", "4 uneven wheels"])
 def test_wrong_parameters_are_recovered(wrong):
     true = true_of(wrong, *OFF)
-    found = calibrated(tracked_runs(true), NOISE, wrong)
+    found = calibrated(tracked_runs(true), wrong)
     lengths, angles = np.split(np.abs(errors_of(found, true)), [2])
     assert lengths.max() < 0.002
     assert angles.max() < math.radians(0.1)
@@ -72,16 +72,15 @@ def test_runs_that_repeat_a_drive_are_found():
 
 def test_the_run_that_is_advised_determines_most():
     """After lines only, a turn or a square; after a hundred of everything, nothing."""
-    unknowns = FreeParameters(SHIPPED)
-    name, before, after = next_run(calibrated(list(taped_runs(SHIPPED))[4:]), unknowns, TAPE)
+    name, before, after = next_run(calibrated(list(taped_runs(SHIPPED))[4:]), TAPE)
     assert "sideways" not in name
     assert after < before / 2
-    assert next_run(calibrated(tracked_runs(SHIPPED, driven=drives(4))), unknowns, TAPE) is None
+    assert next_run(calibrated(tracked_runs(SHIPPED, driven=drives(4))), TAPE) is None
 
 
 def test_every_wheel_may_have_a_radius_of_its_own():
     true = {**SHIPPED, "wheelRadius": [SHIPPED["wheelRadius"] * factor for factor in (1.01, 1.0, 0.985)]}
-    found = calibrated(tracked_runs(true), NOISE, radius="each", angles="fixed")
+    found = calibrated(tracked_runs(true), radius="each", angles="fixed")
     np.testing.assert_allclose(found.parameters["wheelRadius"], true["wheelRadius"], rtol=0.002)
     assert found.parameters["wheelRads"] == SHIPPED["wheelRads"]
 
@@ -91,7 +90,7 @@ def test_a_turn_on_the_spot_determines_no_radius_and_its_whole_turns_need_not_be
     counts, poses = recorded(SHIPPED, spin(6 * math.pi), 1, TAPE)
     run, wrapped = (taped_run("spin", counts, (*poses[-1, :2], yaw), TAPE)
                     for yaw in (poses[-1, 2], math.remainder(poses[-1, 2], 2 * math.pi)))
-    assert {"wheelRadius", "wheelDistanceFromCenter"} <= set(calibrated([run], NOISE).undetermined)
+    assert {"wheelRadius", "wheelDistanceFromCenter"} <= set(calibrated([run]).undetermined)
     one, other = (calibration_runs.errors_along(read_wheels(SHIPPED), each) for each in (run, wrapped))
     assert one == pytest.approx(other, abs=1e-9)
 

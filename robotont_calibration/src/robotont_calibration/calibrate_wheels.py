@@ -22,7 +22,6 @@ from robotont_driver.robots.robot_folder import read_wheel_file
 TRACKED = (0.002, math.radians(0.2))  # [m], [rad] error of a ground truth's poses, and of their stamps
 TAPED = (0.003, math.radians(0.7))    # [m], [rad] error of a tape and a ruler on the floor
 SECONDS = 1.0                         # [s] of a stretch of a run whose true pose is known all the way
-WHEEL_NOISE = 0.003                   # [m] after 1 m, to begin with; the table shows the estimate from the runs
 NOWHERE = (0.0, 0.0)                  # [m] the default measured point: the robot's middle
 DOUBTFUL = 3                          # exit status of a calibration with a warning, and ...
 USELESS = 4                           # ... of one that is not written
@@ -106,13 +105,13 @@ def run(options):
         options.runs = guide(options, wheels)
     topics = {"truth": options.truth, "packets": options.packets}
     runs = [read_run(recorded, wheels, topics) for recorded in options.runs]
-    free, found = choose(options, given, runs)
+    found = choose(options, given, runs)
     print(table(given, found, runs))
-    spoilt = contradictions(given, runs, free, found)
+    spoilt = contradictions(runs, found)
     warnings = doubts(found) + spoilt
     for words in warnings:
         print(f"warning: {words}", file=sys.stderr)
-    advice = next_run(found, free, TAPED)
+    advice = next_run(found, TAPED)
     if advice:
         name, before, after = advice
         print(f"\nnext: {name}. Of all runs this one is the most informative: the error expected of the parameters, at "
@@ -143,13 +142,13 @@ def doubts(found):
     return words
 
 
-def contradictions(given, runs, free, found):
-    """Reasons why a `Calibration` with `FreeParameters` may be worse than the file that there is."""
-    words = wrong_yaw(given, runs, free, WHEEL_NOISE)[:1]
+def contradictions(runs, found):
+    """Reasons why the `Calibration` of these runs may be worse than the file that there is."""
+    words = wrong_yaw(runs, found.free)[:1]
     if words:
         return words  # the reason; what follows would be its consequences
-    words = implausible(found, free)
-    if {name for name in found.names if not name.startswith("point")} <= set(found.undetermined):
+    words = implausible(found)
+    if {name for name in found.free.names if not name.startswith("point")} <= set(found.undetermined):
         words.append("these runs determine nothing of the wheels")
     return words
 
@@ -162,9 +161,8 @@ def rounded(value):
 
 
 def choose(options, given, runs):
-    """(`FreeParameters`, `Calibration`) by the options; of what they leave open, what the runs make likelier."""
+    """`Calibration` by the options; of what they leave open, what the runs make likelier."""
     where = "free" if turns(runs) else tuple(given.get("measuredPoint", NOWHERE))
     radii = ("common", "each") if options.angles == "each" else ("common",)  # an angle that is off would pass for radii
     models = [FreeParameters(given, radius, options.angles, where) for radius in radii]
-    return min(((free, calibrate(given, runs, free, WHEEL_NOISE)) for free in models),
-               key=lambda pair: pair[1].unlikely)
+    return min((calibrate(runs, free) for free in models), key=lambda found: found.unlikely)

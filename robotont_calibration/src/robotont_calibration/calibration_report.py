@@ -19,7 +19,7 @@ def table(given, found, runs):
     given: mapping with the old parameters. found: `Calibration`.
     """
     lines = [f"{'parameter':24} {'unit':4} {'before':>10} {'after':>10} {'change':>10} {'std. dev.':>10}"]
-    for name, value, deviation in zip(found.names, found.values, found.deviations):
+    for name, value, deviation in zip(found.free.names, found.values, found.deviations):
         key, _, index = name.rstrip("]").partition("[")
         if key.startswith("point"):
             unit, before, after = "m", 0.0, value
@@ -32,7 +32,7 @@ def table(given, found, runs):
                      + ("   NOT DETERMINED by these runs" if name in found.undetermined else ""))
     lines.append(f"{'wheel_noise':24} {'m':4} {'':10} {found.wheel_noise:10.4f}   after 1 m, for driver.yaml")
     lines.append(f"{'slip':24} {'':4} {'':10} {found.slip:10.2%}   by which parameters differ from drive to drive")
-    if "point x" in found.names:
+    if "point x" in found.free.names:
         lines += ["", SAME_THING]
     lines += ["", "error of place along each run (root of the mean square) and of heading at its end", "",
               f"{'run':24} {'before':>18} {'after':>18}"]

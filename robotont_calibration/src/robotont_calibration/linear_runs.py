@@ -15,7 +15,8 @@ from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.odometry.odometry import READING_VARIANCE, variance_per_edge
 
-NOISE_TIE = np.log((3.0, 1.5))  # by what factors the wheels' noise and the measurement's may be off before the runs
+NOISE = (0.003, 1.0)            # before the runs: wheel noise [m] after 1 m, factor of the measurement's deviation, ...
+NOISE_TIE = np.log((3.0, 1.5))  # ... and by what factors they may be off
 STEP = 1e-6                     # of a value, for the derivatives of the kinematics
 
 
@@ -31,7 +32,7 @@ class LinearRun(NamedTuple):
     def whitened(self, noise, weight):
         """(misfits, derivatives) in standard deviations, and the logarithm of the covariance's determinant.
 
-        noise: wheel noise [m] after 1 m, and factor of the measurement's deviation.
+        noise: as `NOISE`.
         """
         triangle = cholesky(noise[0] ** 2 * self.wandering + noise[1] ** 2 * self.measured + self.edges, lower=True)
         both = math.sqrt(weight) * solve_triangular(triangle, np.column_stack([self.left, self.slopes]), lower=True)
@@ -88,13 +89,11 @@ def _by_step(start, poses, motion):
     return np.moveaxis([(cos, -sin, y - motion[1]), (sin, cos, motion[0] - x), (none, none, one)], -1, 0)
 
 
-def likely_noise(models, weights, expected, start):
-    """Likeliest (wheel noise, factor of the measurement's deviation) of `LinearRun`s, tied to `expected`."""
-    middle = np.log(expected)
-
+def likely_noise(models, weights, start):
+    """Likeliest (wheel noise, factor of the measurement's deviation) of `LinearRun`s, tied to `NOISE`."""
     def unlikely(logarithms):
         """Twice the negative logarithm of the likelihood."""
-        total = np.sum(((logarithms - middle) / NOISE_TIE) ** 2)
+        total = np.sum(((logarithms - np.log(NOISE)) / NOISE_TIE) ** 2)
         for model, weight in zip(models, weights):
             left, _, constant = model.whitened(np.exp(logarithms), weight)
             total += left @ left + constant

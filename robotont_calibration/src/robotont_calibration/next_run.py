@@ -14,22 +14,22 @@ from robotont_driver.kinematics.wheel_params import read_wheels
 LITTLE = 0.9     # another run is recommended when it leaves less than this part of the expected error
 
 
-def next_run(found, free, deviation):
+def next_run(found, deviation):
     """(name of a drive, expected error [m] at the end of the drives now, and then); None: no run would improve much.
 
-    found: `Calibration`. free: those that it was made with. deviation: place [m] and yaw [rad] of a measured end.
+    found: `Calibration`. deviation: place [m] and yaw [rad] of a measured end.
     Judged by the root mean square of the place over all these drives that the parameters' uncertainty makes.
     """
     wheels = read_wheels(found.parameters)
     runs = [_ideal_run(what, wheels, twists, deviation)
             for _, what, _, twists in calibration_drives(wheels.pid_frequency)]
-    slopes = [model.slopes[:2] for model in linear_runs(free, found.values, runs)]
+    slopes = [model.slopes[:2] for model in linear_runs(found.free, found.values, runs)]
 
     def expected(covariance):
         return math.sqrt(np.mean([np.trace(slope @ covariance @ slope.T) for slope in slopes]))
     now = expected(found.covariance)
     prior = np.linalg.inv(found.covariance)
-    then, name = min((expected(np.linalg.inv(prior + information(run, free, found))), run.name) for run in runs)
+    then, name = min((expected(np.linalg.inv(prior + information(run, found))), run.name) for run in runs)
     return (name, now, then) if then < LITTLE * now else None
 
 

@@ -34,10 +34,11 @@ YAWS = {  # what yaw may be instead: the factor that makes it right
 }
 
 
-def implausible(found, free):
-    """Words for what no true poses of a robot make of a `Calibration` with `FreeParameters`."""
-    far = [name for name, value, tie in zip(found.names, found.values, free.ties) if abs(value) > FAR * tie]
-    radii, angles = (np.mean([value for name, value in zip(found.names, found.values) if name.startswith(key)] or 0.0)
+def implausible(found):
+    """Words for what no true poses of a robot make of a `Calibration`."""
+    names, values = found.free.names, found.values
+    far = [name for name, value, tie in zip(names, values, found.free.ties) if abs(value) > FAR * tie]
+    radii, angles = (np.mean([value for name, value in zip(names, values) if name.startswith(key)] or 0.0)
                      for key in ("wheelRadius", "wheelRads"))
     return [words for wrong, words in (
         (far, f"{', '.join(far)} would change by more than any robot needs: is this the robot's file?"),
@@ -53,15 +54,14 @@ def implausible(found, free):
     ) if wrong]
 
 
-def wrong_yaw(given, runs, free, wheel_noise):
+def wrong_yaw(runs, free):
     """Words for each of YAWS that the runs say is meant or cannot tell from the one asked for; the likeliest first.
 
     Arguments as of `calibrate`.
     """
     def read(factor, passes):
         """(minus twice the logarithm of the evidence of yaw as it is, calibration) with a factor."""
-        found = calibrate(given, [run._replace(poses=run.poses * (1.0, 1.0, factor)) for run in runs], free,
-                          wheel_noise, passes)
+        found = calibrate([run._replace(poses=run.poses * (1.0, 1.0, factor)) for run in runs], free, passes)
         return found.unlikely - 2 * measured * math.log(abs(factor)), found
 
     runs = [run._replace(stretches=run.stretches[::math.ceil(len(run.stretches) / STRETCHES)]) for run in runs]
@@ -72,7 +72,7 @@ def wrong_yaw(given, runs, free, wheel_noise):
         if read(factor, 1)[0] > first + HOPELESS:
             continue
         other_unlikely, other = read(factor, PASSES)
-        if implausible(other, free):
+        if implausible(other):
             continue
         better, apart = unlikely - other_unlikely, np.abs(other.values - asked.values)
         told = apart > np.maximum(NOTICED, DIFFERENT * np.hypot(other.deviations, asked.deviations))

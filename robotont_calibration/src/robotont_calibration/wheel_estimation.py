@@ -14,7 +14,8 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from robotont_calibration.calibration_runs import repeats
-from robotont_calibration.linear_runs import likely_noise, linear_runs
+from robotont_calibration.free_parameters import FreeParameters
+from robotont_calibration.linear_runs import NOISE, likely_noise, linear_runs
 
 DETERMINED = 0.3     # a parameter counts as determined when the runs leave less than this part of the tie
 PASSES = 6           # Gauss-Newton steps, each with the noise and the slip that are likeliest there
@@ -29,9 +30,9 @@ OUTLYING = 3.0       # a run with errors this many times as large as the noise e
 class Calibration(NamedTuple):
     """Result of `calibrate`."""
 
+    free: FreeParameters        # what was looked for
     parameters: dict            # with the keys of wheel_params.yaml
     point: Tuple[float, float]  # [m] in base_link, which the measured poses are of
-    names: Tuple[str, ...]      # of the estimated values
     values: np.ndarray          # as in FreeParameters.parameters, then the point where it was looked for
     covariance: np.ndarray      # of the values
     undetermined: Tuple[str, ...]  # names of values that the runs hardly determine
@@ -47,19 +48,14 @@ class Calibration(NamedTuple):
         return np.sqrt(np.diag(self.covariance))
 
 
-def calibrate(given, runs, free, wheel_noise, passes=PASSES):
-    """`Calibration` from `Run`s.
-
-    given: mapping with the keys of wheel_params.yaml, the old values. free: `FreeParameters`. wheel_noise: standard
-    deviation [m] of a wheel's path after 1 m, roughly; it is estimated from the runs. Raises ParameterError for wrong
-    old values, ValueError without runs.
-    """
+def calibrate(runs, free, passes=PASSES):
+    """`Calibration` of `FreeParameters` by `Run`s. Raises ParameterError for wrong old values, ValueError: no runs."""
     if not runs:
         raise ValueError("found no run to calibrate with")
-    values, weights, noise, drives = np.zeros(len(free.names)), np.ones(len(runs)), (wheel_noise, 1.0), repeats(runs)
+    values, weights, noise, drives = np.zeros(len(free.names)), np.ones(len(runs)), NOISE, repeats(runs)
     for _ in range(passes):
         models = linear_runs(free, values, runs)
-        noise = likely_noise(models, weights, (wheel_noise, 1.0), noise)
+        noise = likely_noise(models, weights, noise)
         whitened = [model.whitened(noise, weight) for model, weight in zip(models, weights)]
         groups = [_group([whitened[index] for index in drive], values) for drive in drives]
         slip = _likely_slip(groups, free)
@@ -72,8 +68,8 @@ def calibrate(given, runs, free, wheel_noise, passes=PASSES):
     undetermined = tuple(
         name for name, open_, tie in zip(free.names, deviations, free.ties) if open_ > DETERMINED * tie)
     outlying = tuple(run.name for run, weight in zip(runs, weights) if weight < 0.99)
-    return Calibration(free.parameters(values), free.point(values), tuple(free.names), values, covariance,
-                       undetermined, *noise, slip, outlying, unlikely)
+    return Calibration(free, free.parameters(values), free.point(values), values, covariance, undetermined, *noise,
+                       slip, outlying, unlikely)
 
 
 class _Group(NamedTuple):
@@ -124,11 +120,11 @@ def _likely_slip(groups, free):
     return math.exp(found.x)
 
 
-def information(run, free, found):
+def information(run, found):
     """P x P information that a further `Run` would add to the `Calibration` found, with its noise and slip."""
-    model, = linear_runs(free, found.values, [run])
+    model, = linear_runs(found.free, found.values, [run])
     curvature = _group([model.whitened((found.wheel_noise, found.measured), 1.0)], found.values).curvature
-    own = _own(free, found.slip)
+    own = _own(found.free, found.slip)
     return np.linalg.inv(np.eye(len(own)) + curvature @ own) @ curvature
 
 

@@ -1,6 +1,7 @@
 """Command line of calibrate_wheels: wheel parameters from recorded runs, or from runs that it guides through."""
 
 import argparse
+import contextlib
 import math
 import sys
 from pathlib import Path
@@ -8,9 +9,8 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from robotont_calibration.arguments import positive, read_end
 from robotont_calibration.calibration_report import table
-from robotont_calibration.calibration_runs import taped_run, tracked_run, turns
+from robotont_calibration.calibration_runs import read_end, taped_run, tracked_run, turns
 from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.next_run import next_run
 from robotont_calibration.recordings import read_recording
@@ -25,6 +25,14 @@ SECONDS = 1.0                         # [s] of a stretch of a run whose true pos
 NOWHERE = (0.0, 0.0)                  # [m] the default measured point: the robot's middle
 DOUBTFUL = 3                          # exit status of a calibration with a warning, and ...
 USELESS = 4                           # ... of one that is not written
+
+
+def positive(text):
+    """A number > 0, at most 1e6. Raises ArgumentTypeError."""
+    with contextlib.suppress(ValueError):
+        if 0 < float(text) <= 1e6:
+            return float(text)
+    raise argparse.ArgumentTypeError(f"found {text!r}, allowed: a number > 0")
 
 
 def parse(arguments):
@@ -88,7 +96,7 @@ def main(arguments=None):
         return run(options)
     except EOFError:
         error = "found the end of the input, allowed: an answer"
-    except (OSError, ValueError, argparse.ArgumentTypeError) as found:
+    except (OSError, ValueError) as found:
         error = found
     print(f"calibrate_wheels: {error}", file=sys.stderr)
     return 1
@@ -119,14 +127,15 @@ def run(options):
     if spoilt:
         print("calibrate_wheels: nothing is written; use none of these values", file=sys.stderr)
         return USELESS
-    values = {**found.parameters, "measuredPoint": [round(length, 4) for length in found.point]}  # to 0.1 mm
-    if "measuredPoint" not in given and found.point == NOWHERE:
-        del values["measuredPoint"]
+    values = dict(found.parameters)
+    for key in ("wheelRadius", "wheelDistanceFromCenter", "wheelRads"):
+        values[key] = np.round(values[key], 7).tolist()  # to a tenth of a micrometre or microradian
+    if "measuredPoint" in given or found.point != NOWHERE:
+        values["measuredPoint"] = np.round(found.point, 4).tolist()
     write_file(options.output, (
         f"# Made by calibrate_wheels from {', '.join(each.name for each in runs)}.\n"
         f"# What the keys mean, in which units: config/wheel_params.yaml. Before: {options.wheel_params}\n"
-        + yaml.safe_dump({key: rounded(value) for key, value in values.items()}, sort_keys=False,
-                         default_flow_style=None)))
+        + yaml.safe_dump(values, sort_keys=False, default_flow_style=None)))
     print(f"parameters: {options.output}")
     return DOUBTFUL if warnings else 0
 
@@ -151,13 +160,6 @@ def contradictions(runs, found):
     if {name for name in found.free.names if not name.startswith("point")} <= set(found.undetermined):
         words.append("these runs determine nothing of the wheels")
     return words
-
-
-def rounded(value):
-    """A number or list of numbers to a tenth of a micrometre or microradian; anything else as it is."""
-    if isinstance(value, (list, tuple)):
-        return [rounded(item) for item in value]
-    return round(value, 7) if isinstance(value, float) else value
 
 
 def choose(options, given, runs):

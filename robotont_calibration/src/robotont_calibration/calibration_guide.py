@@ -1,7 +1,6 @@
 """Guides through the runs of a calibration: announces each, drives it on Enter, records it, asks where it ended."""
 
 import time
-from argparse import ArgumentTypeError
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ from geometry_msgs.msg import Twist
 from rostopic import get_topic_class
 from std_msgs.msg import String
 
-from robotont_calibration.arguments import read_end
+from robotont_calibration.calibration_runs import read_end
 from robotont_calibration.recordings import Recording
 from robotont_calibration.standard_drives import calibration_drives
 from robotont_driver.parameters.files import write_file
@@ -96,7 +95,7 @@ def ask_for_end():
         try:
             read_end(answer)
             return ",".join(answer.replace(",", " ").split())
-        except ArgumentTypeError as error:
+        except ValueError as error:
             print(error)
 
 

@@ -1,5 +1,6 @@
 """Recorded runs of a robot: the wheels' counts, where it was measured meanwhile, and what lies between the two."""
 
+import contextlib
 import math
 from typing import NamedTuple, Tuple
 
@@ -24,6 +25,15 @@ class Run(NamedTuple):
     stretches: np.ndarray          # L indices of marks: from each to the next one the two are compared
     missing: int = 0               # packets, by the times of the others
     longest_gap: float = 0.0       # [s] between two packets
+
+
+def read_end(text):
+    """(x [m], y [m], yaw [rad]) of X,Y,YAW in m, m and degrees, with commas or spaces, to 1e6. Raises ValueError."""
+    with contextlib.suppress(ValueError):
+        x, y, yaw = map(float, text.replace(",", " ").split())
+        if all(abs(value) <= 1e6 for value in (x, y, yaw)):
+            return x, y, math.radians(yaw)
+    raise ValueError(f"found {text!r}, allowed: X,Y,YAW of the end, seen from the start [m, m, degrees]")
 
 
 def taped_run(name, counts, end, deviation):

@@ -96,8 +96,8 @@ def test_a_run_that_determines_nothing_and_has_a_gap_is_named_and_not_written(ru
 
 
 @pytest.mark.parametrize("arguments, words", [
-    ([], "found neither runs nor --guide"),
-    (["--guide", "a", "b.bag"], "found --guide and recorded runs"),
+    ([], "one of the arguments RUN --guide is required"),
+    (["--guide", "a", "b.bag"], "argument RUN: not allowed with argument --guide"),
     (["nowhere.bag"], "nowhere.bag: no such file"),
     (["{0}=1,2"], "found '1,2', allowed: X,Y,YAW of the end"),
     (["{0}=1e300,0,0"], "found '1e300,0,0', allowed: X,Y,YAW of the end"),

@@ -5,6 +5,7 @@ The board itself ends each drive (order `!test`, see docs/protocol.md), so nothi
 
 import time
 
+from robotont_driver.link.serial_port import opened
 from robotont_driver.protocol.board_status import TIMED_OUT, WAITS_FOR_ZERO
 from robotont_driver.protocol.checked import QUESTION, Checked, add_checksum
 from robotont_driver.protocol.protocol import format_packet
@@ -93,18 +94,23 @@ def judge(wheel, forward, backward, edges_per_turn):
     return next((words for found, words in faults if found), "")
 
 
-def bring_up(line, wheels, show):
-    """Try all motors of the `Wheels` at an open serial `line`, and `show` what each does; whether all are right.
+def bring_up(port, wheels):
+    """Ask, then try all motors of the `Wheels` at a serial port, and print what each does; whether all are right.
 
     Raises ValueError where they cannot be tried, in words for the user; OSError.
     """
-    tried = BringUp(line, wheels)
-    tried.prepare()
+    try:
+        input(QUESTIONS)
+    except EOFError:
+        raise ValueError("nothing was driven: a terminal is needed to ask whether the wheels are in the air") from None
     right = True
-    for wheel in range(wheels.amount):
-        forward, backward = tried.turn(wheel, 1), tried.turn(wheel, -1)
-        fault = judge(wheel, forward, backward, wheels.edges_per_turn)
-        right = right and not fault
-        show(f"motor {wheel} {fault or 'is right'} "
-             f"({forward[wheel]:+d} edges forward, {backward[wheel]:+d} backward)")
+    with opened(port, 115200, 0.02) as line:
+        tried = BringUp(line, wheels)
+        tried.prepare()
+        for wheel in range(wheels.amount):
+            forward, backward = tried.turn(wheel, 1), tried.turn(wheel, -1)
+            fault = judge(wheel, forward, backward, wheels.edges_per_turn)
+            right = right and not fault
+            print(f"motor {wheel} {fault or 'is right'} "
+                  f"({forward[wheel]:+d} edges forward, {backward[wheel]:+d} backward)", flush=True)
     return right

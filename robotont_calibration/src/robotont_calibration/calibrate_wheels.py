@@ -47,7 +47,9 @@ def parse(arguments):
                "@FILE reads arguments from a file, one a line. "
                f"Exit status: 0; {DOUBTFUL} with a warning; {USELESS} where the result is of no use and is not "
                "written; 1 or 2 where something was wrong.")
-    parser.add_argument("runs", nargs="*", metavar="RUN", help="recorded runs")
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument("runs", nargs="*", default=[], metavar="RUN", help="recorded runs")
+    source.add_argument("--guide", metavar="FOLDER", help="make the runs now and keep them in this folder")
     parser.add_argument("--wheel-params", required=True, metavar="FILE", help="wheel_params.yaml to begin with")
     parser.add_argument("-o", "--output", default="wheel_params.calibrated.yaml", metavar="FILE",
                         help="default: %(default)s")
@@ -57,16 +59,11 @@ def parse(arguments):
     parser.add_argument("--truth", metavar="TOPIC", help="ground truth")
     parser.add_argument("--packets", metavar="TOPIC", default="serial_read", help="default: %(default)s")
     guide = parser.add_argument_group("guided runs (a ROS master and a running robot)")
-    guide.add_argument("--guide", metavar="FOLDER", help="make the runs now and keep them in this folder")
     guide.add_argument("--side", type=positive, default=2.0, metavar="M", help="of the squares (default: %(default)s)")
     guide.add_argument("--turns", type=positive, default=3.0, metavar="N",
                        help="on the spot; keep it small: whole turns cannot be measured (default: %(default)s)")
     guide.add_argument("--line", type=positive, default=3.0, metavar="M", help="sideways (default: %(default)s)")
-    options = parser.parse_args(arguments)
-    if bool(options.guide) == bool(options.runs):
-        parser.error("found " + ("--guide and recorded runs" if options.guide else "neither runs nor --guide")
-                     + ", allowed: one of the two")
-    return options
+    return parser.parse_args(arguments)
 
 
 def read_run(text, wheels, topics):

@@ -4,19 +4,17 @@ It listens to the board, of any firmware since March 2020, and sends nothing, so
 --bring-up, which drives one motor after another.
 """
 
-import functools
 import math
 import sys
 import time
 
-from robotont_calibration.bring_up import QUESTIONS, bring_up
-from robotont_driver.link.serial_port import explain, heard, opened, usb_id
+from robotont_calibration.bring_up import bring_up
+from robotont_driver.link.serial_port import explain, heard, usb_id
 from robotont_driver.parameters.argument_parser import ArgumentParser
 from robotont_driver.protocol.connection import Connection
 from robotont_driver.robots.robot_folder import read_robot
 
 STEP = 30  # [degrees] of a wheel between two lines
-show = functools.partial(print, flush=True)  # at once
 ROTATION = {1: "counterclockwise", -1: "clockwise"}
 
 
@@ -64,29 +62,18 @@ def watch(port, wheels, connection, seconds):
     turned = TurnedWheels(wheels)
     forward = [wheel for wheel, lever in enumerate(wheels.levers) if lever * wheels.levers[0] > 0]
     which = "all its wheels" if len(forward) == wheels.amount else f"wheels {', '.join(map(str, forward))} alone"
-    show("Turn each wheel by hand, or the whole robot on the floor: turned "
-         f"{ROTATION[math.copysign(1, wheels.levers[0])]}, {which} must count forward. Ctrl-C ends it.")
+    print("Turn each wheel by hand, or the whole robot on the floor: turned "
+          f"{ROTATION[math.copysign(1, wheels.levers[0])]}, {which} must count forward. Ctrl-C ends it.", flush=True)
     try:
         for data in heard(port, 115200, seconds):
             for packet in connection.feed(data, time.monotonic()):
                 for text in turned.add(packet):
-                    show(text)
+                    print(text, flush=True)
     except KeyboardInterrupt:
         print()
     if connection.obstacle or not (connection.protocol and connection.protocol.packets):
         raise ValueError(connection.obstacle or connection.complaint or "no packets came")
     print(turned.verdict)
-
-
-def drive(port, wheels):
-    """Ask, then try the motors of the board at the port; whether all are right. Raises as `bring_up`."""
-    try:
-        input(QUESTIONS)
-    except EOFError:
-        words = "nothing was driven: a terminal is needed to ask whether the wheels are in the air"
-        raise ValueError(words) from None
-    with opened(port, 115200, 0.02) as line:
-        return bring_up(line, wheels, show)
 
 
 def main(arguments=None):
@@ -100,20 +87,16 @@ def main(arguments=None):
     try:
         robot = read_robot(options.robot)
         connection = Connection(robot.wheels, robot.packets, usb_id=usb_id(options.port), now=time.monotonic())
-    except (ValueError, OSError) as error:
-        print(f"turned_wheels: {error}", file=sys.stderr)
-        return 1
-    try:
-        if options.bring_up:
-            return 0 if drive(options.port, robot.wheels) else 1
-        watch(options.port, robot.wheels, connection, options.seconds)
-        return 0
+        try:
+            if options.bring_up:
+                return 0 if bring_up(options.port, robot.wheels) else 1
+            watch(options.port, robot.wheels, connection, options.seconds)
+            return 0
+        except OSError as error:
+            raise ValueError(explain(options.port, error)) from None
     except KeyboardInterrupt:
         print()
         return 130
-    except ValueError as error:
-        words = str(error)
-    except OSError as error:
-        words = explain(options.port, error)
-    print(f"turned_wheels: {words}", file=sys.stderr)
-    return 1
+    except (ValueError, OSError) as error:
+        print(f"turned_wheels: {error}", file=sys.stderr)
+        return 1

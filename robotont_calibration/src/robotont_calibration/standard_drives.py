@@ -13,7 +13,7 @@ REST = (0.0, 0.0, 0.0)
 
 
 def driven(legs, frequency, speed=SPEED):
-    """Twists of legs: (x [m], y [m], 0) or a turn (0, 0, [rad]); each exact, in whole periods, with a pause behind."""
+    """Twists of legs, each a constant motion as of `se2.arc` ([m], [m], [rad]), in whole periods; then a pause."""
     for x, y, turn in legs:
         periods = math.ceil(max(math.hypot(x, y) / speed, abs(turn) / TURNING) * frequency)
         for _ in range(periods):

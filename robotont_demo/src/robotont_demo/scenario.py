@@ -1,4 +1,4 @@
-"""The demo's drive, a square without turning, then a circle with one turn the other way; its picture. Free of ROS."""
+"""The demo's drive, a square without turning, then a circle with the back to its middle; its picture. Free of ROS."""
 
 import math
 
@@ -10,17 +10,13 @@ from robotont_driver.kinematics import se2
 
 PERIOD = 0.02             # [s] between commands
 SIDE, RADIUS = 1.0, 0.5   # [m] of the square, of the circle
-SQUARE = ((SIDE, 0.0, 0.0), (0.0, SIDE, 0.0), (-SIDE, 0.0, 0.0), (0.0, -SIDE, 0.0))
+LEGS = ((SIDE, 0.0, 0.0), (0.0, SIDE, 0.0), (-SIDE, 0.0, 0.0), (0.0, -SIDE, 0.0),
+        (0.0, 2 * math.pi * RADIUS, 2 * math.pi))  # as `driven` takes them
 
 
 def plan(speed):
     """Twists (v_x [m/s], v_y [m/s], omega [rad/s]) of the drive at a speed [m/s], one per period."""
-    steps = round(2 * math.pi * RADIUS / speed / PERIOD)
-    rate = 2 * math.pi / steps / PERIOD  # [rad/s]
-    # seen from the robot the direction goes round twice, because the robot turns once the other way
-    angles = 2 * rate * PERIOD * (np.arange(steps) + 0.5)
-    circle = [(RADIUS * rate * math.cos(angle), RADIUS * rate * math.sin(angle), -rate) for angle in angles.tolist()]
-    return [*driven(SQUARE, 1 / PERIOD, speed), *circle]
+    return list(driven(LEGS, 1 / PERIOD, speed))
 
 
 def errors_of(estimate, reference):

@@ -11,10 +11,8 @@ import numpy as np
 
 from robotont_calibration.wheel_estimation import calibrate
 
-PASSES = 3        # of a fit, to compare
-STRETCHES = 10    # of a run are enough for that
-HOPELESS = 100.0  # after the first step: twice the logarithm of the evidence by which a reading is out, and ...
-BETTER = 10.0     # ... after all, by which one is taken for true
+STRETCHES = 10    # of a run are enough to compare
+BETTER = 10.0     # twice the logarithm of the evidence by which a reading is taken for true
 DIFFERENT = 4.0   # standard deviations by which two readings lead to different parameters ...
 NOTICED = 0.002   # ... that differ by more than this: shares of lengths, [rad]
 
@@ -59,19 +57,17 @@ def wrong_yaw(runs, free):
 
     Arguments as of `calibrate`.
     """
-    def read(factor, passes):
+    def read(factor):
         """(minus twice the logarithm of the evidence of yaw as it is, calibration) with a factor."""
-        found = calibrate([run._replace(poses=run.poses * (1.0, 1.0, factor)) for run in runs], free, passes)
+        found = calibrate([run._replace(poses=run.poses * (1.0, 1.0, factor)) for run in runs], free)
         return found.unlikely - 2 * measured * math.log(abs(factor)), found
 
     runs = [run._replace(stretches=run.stretches[::math.ceil(len(run.stretches) / STRETCHES)]) for run in runs]
     measured = sum(len(run.stretches) for run in runs)
-    first, (unlikely, asked) = read(1.0, 1)[0], read(1.0, PASSES)
+    unlikely, asked = read(1.0)
     words = []
     for name, factor in YAWS.items():
-        if read(factor, 1)[0] > first + HOPELESS:
-            continue
-        other_unlikely, other = read(factor, PASSES)
+        other_unlikely, other = read(factor)
         if implausible(other):
             continue
         better, apart = unlikely - other_unlikely, np.abs(other.values - asked.values)

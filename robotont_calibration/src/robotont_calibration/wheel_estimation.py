@@ -48,12 +48,12 @@ class Calibration(NamedTuple):
         return np.sqrt(np.diag(self.covariance))
 
 
-def calibrate(runs, free, passes=PASSES):
+def calibrate(runs, free):
     """`Calibration` of `FreeParameters` by `Run`s. Raises ParameterError for wrong old values, ValueError: no runs."""
     if not runs:
         raise ValueError("found no run to calibrate with")
     values, weights, noise, drives = np.zeros(len(free.names)), np.ones(len(runs)), NOISE, repeats(runs)
-    for _ in range(passes):
+    for _ in range(PASSES):
         models = linear_runs(free, values, runs)
         noise = likely_noise(models, weights, noise)
         whitened = [model.whitened(noise, weight) for model, weight in zip(models, weights)]

@@ -17,7 +17,6 @@ from robotont_testing.simulated_wheels import PERIOD, counted, path_of, rolled, 
 
 NOISE = 0.001                        # [m] after 1 m; the simulator's wheels have 0.0003
 TRACKED = (0.001, math.radians(0.1))  # [m], [rad] a ground truth's
-SECONDS = 1.0                         # [s] of a stretch of a run with a ground truth
 TAPE = (0.002, math.radians(0.5))     # [m], [rad] a tape's and a ruler's
 
 
@@ -51,7 +50,7 @@ def tracked_runs(parameters, driven=None):
     for number, twists in (driven or drives()).items():
         counts, poses = recorded(parameters, twists, number, TRACKED)
         stamps = PERIOD * np.arange(1, len(counts) + 1)
-        yield tracked_run(str(number), stamps, counts, Trajectory(stamps, poses), SECONDS, TRACKED)
+        yield tracked_run(str(number), stamps, counts, Trajectory(stamps, poses))._replace(deviation=TRACKED)
 
 
 def taped_runs(parameters, seed=0, driven=None, spoil=lambda _number, poses: poses):
@@ -61,7 +60,7 @@ def taped_runs(parameters, seed=0, driven=None, spoil=lambda _number, poses: pos
         along, across, turn = np.random.default_rng(seed + number + 500).standard_normal(3) * (TAPE[0], *TAPE)
         x, y, yaw = se2.between((0.0, 0.0, turn), poses[-1])
         end, = spoil(number, np.array([(x + along, y + across, math.remainder(yaw, 2 * math.pi))]))
-        yield taped_run(str(number), counts, end, TAPE)
+        yield taped_run(str(number), counts, end)._replace(deviation=TAPE)
 
 
 def write_run(path, **topics):

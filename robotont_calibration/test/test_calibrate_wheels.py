@@ -76,11 +76,14 @@ def test_a_gap_in_the_stamps_is_named(tmp_path, capsys):
 
 
 def test_with_a_tape_only_what_is_asked_for_changes(runs, tmp_path):
+    """A motor's inertia of 1.2e-8 was written as 0."""
     (tmp_path / "runs.txt").write_text("\n".join([*runs[0], "--angles", "fixed"]))
-    status, found = calibrated(tmp_path, f"@{tmp_path / 'runs.txt'}")
+    given = {**SHIPPED, "motorRotorInertia": 1.2e-8}
+    (tmp_path / "given.yaml").write_text(yaml.safe_dump(given))
+    status, found = calibrated(tmp_path, f"@{tmp_path / 'runs.txt'}", wheel_params=tmp_path / "given.yaml")
     assert status == 0
     assert found["wheelRadius"] == pytest.approx(TRUE["wheelRadius"], rel=0.005)
-    assert {key for key in SHIPPED if found[key] != SHIPPED[key]} == {"wheelRadius", "wheelDistanceFromCenter"}
+    assert {key for key in given if found[key] != given[key]} == {"wheelRadius", "wheelDistanceFromCenter"}
 
 
 def test_a_run_that_determines_nothing_and_has_a_gap_is_named_and_not_written(runs, tmp_path, capsys):

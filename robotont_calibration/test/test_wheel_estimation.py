@@ -12,9 +12,7 @@ from robotont_calibration.free_parameters import FreeParameters
 from robotont_calibration.next_run import next_run
 from robotont_calibration.trajectory import Trajectory
 from robotont_calibration.wheel_estimation import calibrate
-from robotont_driver.kinematics.kinematics import Kinematics
 from robotont_driver.kinematics.wheel_params import read_wheels
-from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_testing.robots import SHIPPED, UNEVEN_4
 from robotont_testing.simulated_wheels import PERIOD, spin
 
@@ -72,10 +70,10 @@ def test_runs_that_repeat_a_drive_are_found():
 
 def test_the_run_that_is_advised_determines_most():
     """After lines only, a turn or a square; after a hundred of everything, nothing."""
-    name, before, after = next_run(calibrated(list(taped_runs(SHIPPED))[4:]), TAPE)
+    name, before, after = next_run(calibrated(list(taped_runs(SHIPPED))[4:]))
     assert "sideways" not in name
     assert after < before / 2
-    assert next_run(calibrated(tracked_runs(SHIPPED, driven=drives(4))), TAPE) is None
+    assert next_run(calibrated(tracked_runs(SHIPPED, driven=drives(4)))) is None
 
 
 def test_every_wheel_may_have_a_radius_of_its_own():
@@ -88,22 +86,11 @@ def test_every_wheel_may_have_a_radius_of_its_own():
 def test_a_turn_on_the_spot_determines_no_radius_and_its_whole_turns_need_not_be_measured():
     """It determines radius over distance, neither of them alone, and no common turn of the angles."""
     counts, poses = recorded(SHIPPED, spin(6 * math.pi), 1, TAPE)
-    run, wrapped = (taped_run("spin", counts, (*poses[-1, :2], yaw), TAPE)
+    run, wrapped = (taped_run("spin", counts, (*poses[-1, :2], yaw))
                     for yaw in (poses[-1, 2], math.remainder(poses[-1, 2], 2 * math.pi)))
     assert {"wheelRadius", "wheelDistanceFromCenter"} <= set(calibrated([run]).undetermined)
     one, other = (calibration_runs.errors_along(read_wheels(SHIPPED), each) for each in (run, wrapped))
     assert one == pytest.approx(other, abs=1e-9)
-
-
-def test_the_end_pose_is_that_of_the_odometry():
-    wheels = read_wheels(UNEVEN_4)
-    counts = np.random.default_rng(5).integers(-60, 60, (500, 4))
-    odometry = WheelOdometry(Kinematics(wheels), PERIOD, NOISE)
-    for packet in counts.tolist():
-        odometry.update(packet, PERIOD)
-    x, y, yaw = calibration_runs.odometry(wheels, counts)[-1]
-    assert (x, y) == pytest.approx((odometry.pose.x, odometry.pose.y), abs=1e-9)
-    assert math.remainder(yaw - odometry.pose.yaw, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_nothing_to_calibrate_with():
@@ -113,4 +100,4 @@ def test_nothing_to_calibrate_with():
     truth = Trajectory(times, np.zeros((10, 3)))
     for still_or_later in ((times, np.zeros((10, 3))), (times + 50, np.ones((10, 3)))):
         with pytest.raises(ValueError, match="found no packets with motion"):
-            tracked_run("any", *still_or_later, truth, 0.1, TAPE)
+            tracked_run("any", *still_or_later, truth)

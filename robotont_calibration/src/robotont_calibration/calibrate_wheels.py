@@ -2,7 +2,6 @@
 
 import argparse
 import contextlib
-import math
 import sys
 from pathlib import Path
 
@@ -19,12 +18,9 @@ from robotont_calibration.wheel_estimation import calibrate
 from robotont_driver.parameters.files import write_file
 from robotont_driver.robots.robot_folder import read_wheel_file
 
-TRACKED = (0.002, math.radians(0.2))  # [m], [rad] error of a ground truth's poses, and of their stamps
-TAPED = (0.003, math.radians(0.7))    # [m], [rad] error of a tape and a ruler on the floor
-SECONDS = 1.0                         # [s] of a stretch of a run whose true pose is known all the way
-NOWHERE = (0.0, 0.0)                  # [m] the default measured point: the robot's middle
-DOUBTFUL = 3                          # exit status of a calibration with a warning, and ...
-USELESS = 4                           # ... of one that is not written
+NOWHERE = (0.0, 0.0)  # [m] the default measured point: the robot's middle
+DOUBTFUL = 3          # exit status of a calibration with a warning, and ...
+USELESS = 4           # ... of one that is not written
 
 
 def positive(text):
@@ -73,12 +69,12 @@ def read_run(text, wheels, topics):
     recording = read_recording(file, {**topics, "truth": None} if end else topics)
     times, counts = recording.counts(wheels)
     if end:
-        run = taped_run(name, counts, read_end(end), TAPED)
+        run = taped_run(name, counts, read_end(end))
     else:
         try:
             truth = recording.trajectory(
                 "truth", f"found no true pose, allowed: one (--truth TOPIC), or {file}=X,Y,YAW with the end")
-            run = tracked_run(name, times, counts, truth, SECONDS, TRACKED)
+            run = tracked_run(name, times, counts, truth)
         except ValueError as error:
             raise ValueError(f"{file}: {error}") from None
     gaps = np.diff(times)
@@ -116,7 +112,7 @@ def run(options):
     warnings = doubts(found) + spoilt
     for words in warnings:
         print(f"warning: {words}", file=sys.stderr)
-    advice = next_run(found, TAPED)
+    advice = next_run(found)
     if advice:
         name, before, after = advice
         print(f"\nnext: {name}. Of all runs this one is the most informative: the error expected of the parameters, at "

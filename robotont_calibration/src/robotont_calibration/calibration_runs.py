@@ -9,6 +9,9 @@ import numpy as np
 from robotont_driver.kinematics import se2
 from robotont_driver.kinematics.kinematics import Kinematics
 
+TRACKED = (0.002, math.radians(0.2))  # [m], [rad] error of a ground truth's poses, and of their stamps
+TAPED = (0.003, math.radians(0.7))    # [m], [rad] error of a tape and a ruler on the floor
+STRETCH = 1.0        # [s] of a run whose true pose is known all the way
 TURNING = math.radians(30)  # runs in which the heading changes by more than this determine the measured point
 LONGEST_GAP = 5.0    # [s] between two packets of a run; all that the wheels turned within is missing
 ALIKE = 0.1          # runs whose wheels' paths differ by less than this part of them repeat the same drive
@@ -36,14 +39,14 @@ def read_end(text):
     raise ValueError(f"found {text!r}, allowed: X,Y,YAW of the end, seen from the start [m, m, degrees]")
 
 
-def taped_run(name, counts, end, deviation):
+def taped_run(name, counts, end):
     """`Run` of which only the end (x [m], y [m], yaw [rad]) is known, as seen from the start."""
-    return Run(name, np.asarray(counts), np.array((0, len(counts))), np.array(((0.0, 0.0, 0.0), end)), deviation,
+    return Run(name, np.asarray(counts), np.array((0, len(counts))), np.array(((0.0, 0.0, 0.0), end)), TAPED,
                np.array((0,)))
 
 
-def tracked_run(name, times, counts, truth, seconds, deviation):
-    """`Run` of which the truth is known all the way, in stretches of about so many `seconds`.
+def tracked_run(name, times, counts, truth):
+    """`Run` of which the truth is known all the way, in stretches of about `STRETCH`.
 
     times: K [s] of the packets, rising; counts: K x n; truth: `Trajectory`. Only where the truth is known. Stretches
     without motion are excluded. Raises ValueError when nothing is left, or when packets of a long time are missing.
@@ -56,14 +59,14 @@ def tracked_run(name, times, counts, truth, seconds, deviation):
         if gaps[widest] > LONGEST_GAP:
             raise ValueError(f"found a gap of {gaps[widest]:.6g} s behind the packet at {times[tracked[widest]]:.6f}, "
                              f"allowed: up to {LONGEST_GAP:g} s: make two recordings of it, or repeat the run")
-        amount = max(1, round((times[tracked[-1]] - times[tracked[0]]) / seconds))
+        amount = max(1, round((times[tracked[-1]] - times[tracked[0]]) / STRETCH))
         marks = np.unique(np.linspace(tracked[0], tracked[-1], amount + 1).round().astype(int))
         counts = np.asarray(counts)
         stretches = np.flatnonzero([counts[begin + 1:end + 1].any() for begin, end in zip(marks, marks[1:])])
     if not stretches.size:
         raise ValueError("found no packets with motion while the true pose is known")
     first = marks[0] + 1
-    return Run(name, counts[first:marks[-1] + 1], marks + 1 - first, truth.at(times[marks]), deviation, stretches)
+    return Run(name, counts[first:marks[-1] + 1], marks + 1 - first, truth.at(times[marks]), TRACKED, stretches)
 
 
 def repeats(runs):

@@ -14,15 +14,14 @@ from robotont_driver.kinematics.wheel_params import read_wheels
 LITTLE = 0.9     # another run is recommended when it leaves less than this part of the expected error
 
 
-def next_run(found, deviation):
+def next_run(found):
     """(name of a drive, expected error [m] at the end of the drives now, and then); None: no run would improve much.
 
-    found: `Calibration`. deviation: place [m] and yaw [rad] of a measured end.
-    Judged by the root mean square of the place over all these drives that the parameters' uncertainty makes.
+    found: `Calibration`. Judged by the root mean square of the place over all these drives that the uncertainty of its
+    parameters makes.
     """
     wheels = read_wheels(found.parameters)
-    runs = [_ideal_run(what, wheels, twists, deviation)
-            for _, what, _, twists in calibration_drives(wheels.pid_frequency)]
+    runs = [_ideal_run(what, wheels, twists) for _, what, _, twists in calibration_drives(wheels.pid_frequency)]
     slopes = [model.slopes[:2] for model in linear_runs(found.free, found.values, runs)]
 
     def expected(covariance):
@@ -33,8 +32,8 @@ def next_run(found, deviation):
     return (name, now, then) if then < LITTLE * now else None
 
 
-def _ideal_run(name, wheels, twists, deviation):
-    """`Run` of a robot that drives exactly these twists, measured at its end."""
+def _ideal_run(name, wheels, twists):
+    """`Run` of a robot that drives exactly these twists, measured at its end by tape."""
     kinematics = Kinematics(wheels)
     counts = np.array(list(twists)) @ kinematics.matrix.T * kinematics.units_per_speed
-    return taped_run(name, counts, odometry(wheels, counts)[-1], deviation)
+    return taped_run(name, counts, odometry(wheels, counts)[-1])

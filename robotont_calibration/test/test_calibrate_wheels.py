@@ -108,7 +108,7 @@ def test_a_run_that_determines_nothing_and_has_a_gap_is_named_and_not_written(ru
     (["{0}"], "found no topic truth; there are: serial_read"),
     (["{1}/four.bag=0,0,0"], "found a packet of 4 wheels, allowed: 3"),
     (["{0}=0,0,0", "--wheel-params", "{1}/bad.yaml"], "bad.yaml: wheelAmount: found 2"),
-    (["--guide", "a", "--side", "-1"], "found '-1', allowed: a number > 0"),
+    (["--guide", "a", "--side", "-1"], "found '-1', allowed: a number > 0, at most 1e6"),
 ])
 def test_bad_input(arguments, words, runs, tmp_path, capsys):
     write(tmp_path / "four.bag", [(1, 2, 3, 4)])

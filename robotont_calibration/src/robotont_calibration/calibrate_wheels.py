@@ -28,7 +28,7 @@ def positive(text):
     with contextlib.suppress(ValueError):
         if 0 < float(text) <= 1e6:
             return float(text)
-    raise argparse.ArgumentTypeError(f"found {text!r}, allowed: a number > 0")
+    raise argparse.ArgumentTypeError(f"found {text!r}, allowed: a number > 0, at most 1e6")
 
 
 def parse(arguments):

@@ -10,23 +10,30 @@ matplotlib.use("Agg")  # into a file, without a screen
 import matplotlib.pyplot as plt
 import rosbag
 
+from robotont_driver.kinematics import se2
+
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("bags", nargs="+", type=Path)
 bags = parser.parse_args().bags
 picture = bags[0].with_suffix(".png")
 for bag in bags:
     try:
-        messages = rosbag.Bag(str(bag)).read_messages(topics=["odom", "/odom"])
+        recording = rosbag.Bag(str(bag))
     except (OSError, rosbag.ROSBagException) as error:  # Unindexed: the recording did not end well; rosbag reindex
         parser.error(f"{bag}: {error}")
-    way = [message.pose.pose.position for _, message, _ in messages]
-    if not way:
+    odom, truth = ([se2.pose_of(message.pose.pose) for _, message, _ in recording.read_messages([name, "/" + name])]
+                   for name in ("odom", "ground_truth/odom"))
+    if not odom:
         parser.error(f"{bag}: no odom in it; record it by rosbag record -O way.bag odom")
-    plt.plot([place.x for place in way], [place.y for place in way], label=bag.stem,
-             marker="o", markevery=[0])  # where it starts
-    print(f"{len(way)} poses: {picture}")
+    # the simulator's truth, laid on the start of the odometry: it is told in the room, from another origin
+    true = [se2.compose(odom[0], se2.between(truth[0], pose)) for pose in truth]
+    for way, line, label in ((odom, "-", bag.stem), (true, ":", f"{bag.stem}, true")):
+        if way:
+            plt.plot([pose[0] for pose in way], [pose[1] for pose in way], line, label=label,
+                     marker="o", markevery=[0])  # where it starts
+    print(f"{len(odom)} poses, {len(true)} true ones: {picture}")
 plt.axis("equal")
-plt.title("odometry: where the robot believes it is")
+plt.title("where the robot believes it is, by odometry, and where it is (true)")
 plt.xlabel("x [m]")
 plt.ylabel("y [m]")
 plt.legend()

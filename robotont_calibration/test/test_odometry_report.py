@@ -81,7 +81,7 @@ def line(length, turn=0.0, number=101):
         "absolute error, root mean square": "57.9 mm, 0.00°",  # some 100 mm by the root of 3
         "relative error per 1 m, root mean square": "10.0 mm, 0.00°"}),
     ((0.0, 4 * math.pi + 0.2), (0.0, 4 * math.pi), {
-        "drift per turn": "5.73°", "ground truth": "10.0 s, 0.00 m, 2.00 turns to and fro",
+        "drift per turn": "5.73°", "ground truth": "10.0 s, 0.00 m, 2.00 turns, both ways added",
         "drift per metre": "no path",
         "relative error per 1 m, root mean square": "path shorter than two of 1 m"}),
 ], ids=["ahead", "on the spot"])

@@ -50,7 +50,9 @@ def test_stated_uncertainties_are_the_ones_that_there_are():
         true = true_of(SHIPPED, 1 + radius, 1 + distance, list(enumerate(angles)))
         found = calibrated(taped_runs(true, 1000 * seed))
         ratios.append(errors_of(found, true) / found.deviations)
-    assert 0.93 <= np.mean(np.abs(ratios) < 1.96) <= 0.99
+    within = np.mean(np.abs(ratios) < 1.96)
+    print(f"20 robots by tape: 95 % intervals hold {within:.1%} of the true values")
+    assert 0.93 <= within <= 0.99
 
 
 def test_an_outlying_run_loses_its_weight():

@@ -102,6 +102,25 @@ def test_keep_distance_follows_from_what_is_ahead_alone(ahead, beside, speed, fi
     assert Drive("keep_distance", PERIOD, scan).commands[1].linear.x == pytest.approx(speed)
 
 
+def test_plot_bag_draws_odometry_and_truth_from_one_start(tmp_path):
+    """The truth of a robot that starts elsewhere in the room, looking elsewhere, lies on a right odometry."""
+    from matplotlib import pyplot
+
+    with Bag(str(tmp_path / "way.bag"), "w") as bag:
+        for step in range(3):
+            way = 0.1 * step
+            for topic, x, y, yaw in (("odom", way, 0.0, 0.0), ("/ground_truth/odom", -3.0, way, math.pi / 2)):
+                message = Odometry()
+                message.pose.pose.position.x, message.pose.pose.position.y = x, y
+                message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+                bag.write(topic, message)
+    with patch("sys.argv", ["plot_bag.py", str(tmp_path / "way.bag")]):
+        runpy.run_path(str(EXAMPLES / "plot_bag.py"))
+    odom, truth = (line.get_xydata() for line in pyplot.gca().lines)
+    pyplot.close()
+    np.testing.assert_allclose(truth, odom, atol=1e-9)
+
+
 def test_plot_bag_makes_a_picture_of_a_bag_and_tells_what_is_no_whole_one_without_a_traceback(tmp_path):
     def plot_bag(name):
         return subprocess.run([sys.executable, str(EXAMPLES / "plot_bag.py"), str(tmp_path / name)], check=False,
@@ -112,7 +131,7 @@ def test_plot_bag_makes_a_picture_of_a_bag_and_tells_what_is_no_whole_one_withou
             message.pose.pose.position.x = float(step)
             bag.write("odom", message)
     result = plot_bag("square.bag")
-    assert result.stdout.startswith("3 poses: "), result.stderr
+    assert result.stdout.startswith("3 poses, 0 true ones: "), result.stderr
     assert (tmp_path / "square.png").stat().st_size > 1000
     (tmp_path / "cut.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(100))
     with Bag(str(tmp_path / "other.bag"), "w") as bag:

@@ -77,5 +77,5 @@ def test_a_minute_by_hand_ends_within_the_covariance(number, runs):
         error = np.array((pose.x - end[0], pose.y - end[1], math.remainder(pose.yaw - end[2], 2 * math.pi)))
         errors.append(error @ np.linalg.solve(matrix_of(odometry.pose_covariance), error))
     low, high = chi2.interval(0.99, 3 * runs) / np.array(runs)
-    print(f"{number} wheels: {np.mean(errors):.2f}")
+    print(f"{number} wheels, {runs} drives: mean {np.mean(errors):.2f}, 99 % bounds {low:.2f} to {high:.2f}")
     assert low < np.mean(errors) < high

@@ -169,6 +169,7 @@ def test_no_restart_moves_the_robot_unless_it_is_told(kind):
         drive = restarted(kind, seed)
         told += drive.protocol.restarts
         drive.assert_right_or_told()
+    print(f"{kind}: 100 restarts, {told} told, no pose moved by more than {1000 * METRES:g} mm untold")
     assert 75 < told < 104  # a spoilt line may be taken for one more
 
 

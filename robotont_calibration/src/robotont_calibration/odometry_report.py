@@ -76,7 +76,7 @@ def report(estimate, reference):
     plot.traj(axes, xy, pair[0], "--", "grey", "ground truth")
     plot.traj_colormap(axes, pair[1], places, xy, 0.0, places.max(), f"Odometry, by its error [m]: {absolute}", figure)
     return (
-        ("ground truth", f"{np.ptp(reference.times):.1f} s, {length:.2f} m, {turned:.2f} turns to and fro"),
+        ("ground truth", f"{np.ptp(reference.times):.1f} s, {length:.2f} m, {turned:.2f} turns, both ways added"),
         ("absolute error, root mean square", absolute),
         ("absolute error, largest", f"{1000 * places.max():.1f} mm"),
         ("relative error per 1 m, root mean square", relative),

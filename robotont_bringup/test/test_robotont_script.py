@@ -102,7 +102,12 @@ def test_update_takes_the_newest_version_goes_back_and_touches_nothing_of_the_us
     git(robot, "remote", "set-url", "origin", str(tmp_path / "gone"))
     assert f"no connection to {tmp_path / 'gone'}" in robotont(robot, "update").stdout
     assert now() == ("newer", "kept")
-    assert robotont(robot, "update", "HEAD@{1}").returncode == 0, "the way back needs no network"
+    (home / "VERSION").write_text("newest")
+    git(home, "commit", "-am", "newest")
+    git(home, "push", "-f", str(robot), "HEAD:refs/heads/teacher")  # docs/robots.md: to a robot without internet
+    assert robotont(robot, "update", "teacher").returncode == 0
+    assert now() == ("newest", "kept")
+    assert robotont(robot, "update", "HEAD@{2}").returncode == 0, "the way back needs no network"
     assert now() == ("v1.10.0", "kept")
 
 
@@ -175,8 +180,9 @@ def test_a_release_that_is_refused_is_told_and_ends_with_1(answer, status, said,
     assert (done.returncode, done.stdout) == (status, said)
 
 
-def test_version():
-    done = robotont(ROOT, "--version")
+@pytest.mark.parametrize("words", [["--version"], ["update", "--version"]])
+def test_version(words):
+    done = robotont(ROOT, *words)
     assert re.fullmatch(r"robotont \d+\.\d+\.\d+ commit \w{7,} of [\d-]+\n", done.stdout), done.stdout
     assert done.returncode == 0
 

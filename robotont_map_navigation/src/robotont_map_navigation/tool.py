@@ -3,19 +3,17 @@
 import sys
 import time
 
-import rosgraph
-
-from robotont_driver.rospy_repairs.rospy_process import init_tool
+from robotont_driver.rospy_repairs.rospy_process import NoMasterError, init_tool
 from robotont_map_navigation.goal import Outcome, Status
 
 
 def run_tool(name, work):
     """Make this process the node `name`, print the words of the Outcome of `work()`, and exit with its status."""
-    end = Outcome(Status.NOT_THERE, f"no ROS master at {rosgraph.get_master_uri()}: is roslaunch running?")
     try:
-        if rosgraph.is_master_online():
-            init_tool(name)
-            end = work()
+        init_tool(name)
+        end = work()
+    except NoMasterError as error:
+        end = Outcome(Status.NOT_THERE, str(error))
     except KeyboardInterrupt:
         end = Outcome(Status.INTERRUPTED, "interrupted")
     print(end.words, file=sys.stdout if end.status == Status.DONE else sys.stderr, flush=True)

@@ -17,13 +17,29 @@ import rospy
 from robotont_driver.rospy_repairs import rospy_internals
 
 MASTER_WITHIN = 10.0  # [s] for which a node waits for a master
+SILENCE = 3.0  # [s] of a master, after which a tool says that it waits for it
 FAREWELL = 3.0  # [s] for the last messages, and for the master to hear of the end; who ends a node waits longer
 TOOLS_FAREWELL = 2.0  # [s] likewise, of a tool, which then ends by itself, with its own exit status, ...
 TOOLS_END = 15.0  # [s] ... or at the latest with 1, as on a busy computer
 
 
+class NoMasterError(OSError):
+    """No ROS master is there; its words are for the user."""
+
+
 def init_tool(name):
-    """Make this process a node, beside others of that name; signals stay with the process."""
+    """Make this process a node, beside others of that name; signals stay with the process.
+
+    Raises NoMasterError without a master. One that hangs is waited for, with a word.
+    """
+    uri = rosgraph.get_master_uri()
+    word = threading.Timer(SILENCE, print, [f"{name}: the ROS master at {uri} does not answer; waiting for it"],
+                           {"file": sys.stderr, "flush": True})
+    word.daemon = True
+    word.start()
+    if not rosgraph.is_master_online():
+        word.cancel()
+        raise NoMasterError(f"no ROS master at {uri}: is the robot running? (./robotont sim)")
     rospy_internals.mend()
     ended = threading.Event()
 
@@ -41,6 +57,7 @@ def init_tool(name):
 
     atexit.register(leave)  # before rospy's own, which was registered earlier; a tool may work on after a shutdown
     rospy.init_node(name, anonymous=True, disable_signals=True)
+    word.cancel()
 
 
 def init_node(name):

@@ -9,7 +9,6 @@ import sys
 import termios
 import tty
 
-import rosgraph
 import rospy
 
 from robotont_driver.command.command_age import SILENCE as GAP
@@ -17,7 +16,7 @@ from robotont_driver.command.command_age import Gaps
 from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import Parameter
 from robotont_driver.ros.lifecycle import answer_help, own_parameters
-from robotont_driver.rospy_repairs.rospy_process import end_soon, init_tool
+from robotont_driver.rospy_repairs.rospy_process import NoMasterError, end_soon, init_tool
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.held_keys import EMERGENCY_STOP, QUIT, RELEASE, HeldKeys, keys_of_now, split_keys
 from robotont_teleop.hand.robot_reports import SILENCE, RobotReports
@@ -163,10 +162,10 @@ def main():
                 "__ns:=/NAMESPACE", PARAMETERS)
     if not sys.stdin.isatty():
         sys.exit("keyboard_teleop: no terminal to read keys from: start it by rosrun in a terminal, not by roslaunch")
-    if not rosgraph.is_master_online():
-        sys.exit(f"keyboard_teleop: no ROS master at {rosgraph.get_master_uri()}: is the robot running? "
-                 "(./robotont sim)")
-    init_tool("keyboard_teleop")
+    try:
+        init_tool("keyboard_teleop")
+    except NoMasterError as error:
+        sys.exit(f"keyboard_teleop: {error}")
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, _end)
     terminal = sys.stdin.fileno()

@@ -33,6 +33,6 @@ def test_a_tool_says_that_the_master_hangs_and_that_there_is_none():
         waiting = tool(uri)
         assert waiting.stderr.readline() == f"a_tool: the ROS master at {uri} does not answer; waiting for it\n"
         waiting.send_signal(signal.SIGINT)
-        assert "KeyboardInterrupt" in waiting.communicate(timeout=2.0)[1]
+        assert "Error: no ROS master" in waiting.communicate(timeout=2.0)[1]  # rosgraph takes Ctrl-C for that
     uri = f"http://127.0.0.1:{free_port()}"
     assert f"NoMasterError: no ROS master at {uri}: is the robot running?" in tool(uri).communicate(timeout=20.0)[1]

@@ -69,6 +69,7 @@ def main():
         grade, wrong = faults(page)
         said += wrong if page in held else []
         print(f"{page:20}{words:6} words, school year {grade:4.1f}{' (held)' if page in held else ''}")
+    print(f"(held): at most school year {GRADE:g} (grade of Flesch and Kincaid), and {LONGEST} words in a sentence")
     print(f"{len(pages)} pages, {sum_of_words} words")
     if len(pages) > PAGES or sum_of_words > WORDS:
         said.append(f"docs/: {len(pages)} pages of {sum_of_words} words, at most {PAGES} of {WORDS}")

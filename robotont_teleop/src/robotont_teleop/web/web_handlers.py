@@ -91,13 +91,17 @@ class FileHandler(Guarded, tornado.web.RequestHandler):
 class LoginHandler(FileHandler):
     """Takes the token once, and gives a cookie that no script can read; asks again for one that is wrong."""
 
+    def get(self):
+        """Called by tornado: nobody has tried a token."""
+        self.redirect("/")
+
     def post(self):
         """Called by tornado."""
         if not self.origin_allowed:
             raise tornado.web.HTTPError(403, reason="foreign origin")
         access = self.server.access
         if not access.knows(self.get_body_argument("token", "")):
-            self.get()
+            super().get()
             return
         self.set_cookie(access.cookie_name, access.cookie, expires_days=COOKIE_DAYS, path="/", httponly=True,
                         samesite="Strict", secure=self.server.scheme == "https")

@@ -64,6 +64,7 @@ RUN_BY = {
     "catkin_make": OTHERS + "a workspace of catkin_make, minutes",
     "rosrun my_square.py": OTHERS + "a workspace of catkin_make", "roslaunch my.launch": OTHERS + "the same",
     "git clone": OTHERS + "the network", "git stash": OTHERS + "git",
+    "git push": "robotont_bringup/test/test_robotont_script.py: push",
     "journalctl": OTHERS + "systemd", "ssh": OTHERS + "a second machine",
     "rosbag": OTHERS + "rosbag", "rosnode": OTHERS + "rosnode", "rostopic": OTHERS + "rostopic",
     "sudo": OTHERS + "apt, systemd", "wsl": OTHERS + "Windows",
@@ -154,7 +155,7 @@ def test_files_and_tests_that_pages_name_exist():
         for name in re.findall(r"def (test_\w+)", path.read_text(encoding="utf-8"))}
     theirs = {"rs_camera.launch", "foxglove_bridge.launch", "robotont_bringup.launch",  # of others
               "my_room.yaml", "my_square.py", "my.launch", "notes.txt", "runs.txt",  # made later
-              "robotont_fleet_stops_8110.json", "pin_profile_NAME.py"}
+              "robotont_fleet_stops_8110.json", "pin_profile_NAME.py", "setup.bash"}
     a_name = re.compile(r"[\w./-]+\.(?:py|test|launch|js|yaml|xacro|html|css|bash|txt|json)\b|\btest_\w+")
     named = {(path.name, name.rpartition("/")[2])
              for path in [*ROOT.glob("docs/*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]

@@ -8,7 +8,7 @@ the robot's folder. A profile may replace any number here by one of its own with
 # The robot.
 WHEELS = 3
 RATE = 50  # [Hz] packets per second, the driver's pidControlFrequency
-EDGES = 64  # [edges] of an encoder per turn of the motor
+EDGES = 64  # [edges] of both channels of an encoder per turn of the motor
 GEAR = 1875  # [1/100] turns of the motor per turn of a wheel
 RADIUS = 35000  # [um] of a wheel
 DISTANCE = 125000  # [um] of the wheels from the middle

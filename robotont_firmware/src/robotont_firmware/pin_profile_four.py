@@ -10,7 +10,7 @@ PROFILE = "four"
 DESCRIPTION = "four motors, wired by hand as in docs/firmware.md"
 
 WHEELS = 4
-EDGES = 48  # [edges] of an encoder per turn of the motor
+EDGES = 48  # [edges] of both channels of an encoder per turn of the motor
 GEAR = 3000  # [1/100] turns of the motor per turn of a wheel
 RADIUS = 50000  # [um] of a wheel
 DISTANCE = 200000  # [um] of the wheels from the middle

@@ -7,6 +7,7 @@ import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from navigation_messages import Monitor, grid, ranges_in_box, scan_of, walled
 
+from robotont_driver.kinematics.se2 import pose_of
 from robotont_map_navigation.localization_check import LOOK_PERIOD
 from robotont_testing.node_test import ERROR, OK, WARN, twist
 
@@ -103,6 +104,25 @@ def test_a_pose_that_slides_away_is_wrong_even_when_it_fits_then(monitor):
     found = monitor.look()
     says(found, slid)
     assert found[1].startswith("the map explains 76%")
+
+
+def test_a_pose_that_jumps_is_put_back_where_the_odometry_has_it_once(monitor):
+    monitor.look()
+    jumped = {"x": 1.6, "y": 0.0, "yaw": 0.3, "odometry": 1.1}
+    monitor.stand(**jumped)
+    assert monitor.look(seconds=0.5)[2] == ""
+    told, = monitor.sent["initialpose"]
+    assert (told.header.frame_id, pose_of(told.pose.pose)) == ("map", pytest.approx(RIGHT))
+    monitor.hear("initialpose", told)
+    monitor.stand(*RIGHT)  # amcl obeys
+    says(monitor.look(), WELL)
+    monitor.stand(**jumped)
+    says(monitor.look(), (ERROR, "the localization has moved the pose by 1.1 m"))
+    monitor.stand(*RIGHT)
+    says(monitor.look(seconds=60.0), WELL)
+    monitor.stand(**jumped)
+    assert monitor.look(seconds=1.0)[2] == ""
+    assert len(monitor.sent["initialpose"]) == 2
 
 
 def test_who_comes_late_hears_the_maps_and_what_is_wrong(monitor):

@@ -14,7 +14,7 @@ from std_msgs.msg import String
 from robotont_driver.kinematics.se2 import between, compose
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.repeating_thread import RepeatingThread
-from robotont_map_navigation.readings import Newest, place_of, rays_of
+from robotont_map_navigation.readings import Newest, place_of, rays_of, told_pose
 from robotont_map_navigation.scan_fit import Fit, fit_nearby
 
 LOOK_PERIOD = 0.5   # [s] between two scans that are compared with the map
@@ -28,6 +28,7 @@ MISFIT = 0.4        # a fit's worth, below which more speaks against the pose th
 MISFIT_WAY = 1.5    # [m] ... and neither an obstacle nor a gap stays before a robot for so much driving
 MOVED = 0.8         # [m] by which a localization does not move a right pose ...
 MOVED_WAY = 5.0     # [m] ... in so much driving
+GOES_WELL = 60.0    # [s] after a jump, until which another one proves a wrong pose
 REMEDY = ("set the pose by RViz' 2D Pose Estimate, or let the robot look around: rosrun robotont_map_navigation "
           "relocalize")
 
@@ -43,6 +44,8 @@ class LocalizationCheck:
         self.floor_map = None    # what scans are compared with: a FloorMap
         self._scan = Newest("scan", LaserScan)
         self._new_pose = Newest("initialpose", PoseWithCovarianceStamped)  # where a person has said that the robot is
+        self._pose = rospy.Publisher("initialpose", PoseWithCovarianceStamped, queue_size=1)
+        self._put_back = -math.inf  # [s] when this node has said it, where the odometry has it
         self._laid = self._scan.came = time.monotonic()  # [s] when a scan was laid on the map, and when one came
         self._begin()
         self._wrong = ""         # why the pose is wrong, as goto has been told
@@ -61,6 +64,7 @@ class LocalizationCheck:
         self._poses = None       # (x, y, yaw) on the map, of the robot and of the odometry's frame, at the newest scan
         self._misfit_way = 0.0   # [m] driven with scans that did not fit, less that with those that did
         self._moved, self._way = 0j, 0.0  # [m] x + iy: the localization has moved the robot's place, in so much driving
+        self._kept = None        # (x, y, yaw) of the odometry's frame before that
 
     def _on_command(self, message):
         if self._wrong and message != Twist():
@@ -69,14 +73,15 @@ class LocalizationCheck:
     def _look(self):
         """Compare the newest scan with the map, and tell what is found; returns the time to rest."""
         scan, self._scan.message = self._scan.message, None
-        settling = time.monotonic() < self._new_pose.came + SETTLING
-        if settling:
+        by_person = self._new_pose.came > self._put_back + SETTLING  # its own one comes at once
+        if self._is_settling() and by_person:
             self._begin()
-        elif scan and self.floor_map:
+        elif scan and self.floor_map and not self._is_settling():
             self._compare(scan, self.floor_map)
-        mean = Fit(*np.mean(self._fits, axis=0)) if self._fits else None
+        settling, mean = self._is_settling(), Fit(*np.mean(self._fits, axis=0)) if self._fits else None
         # where nothing is known: as it was, or as a person has set it
-        wrong = self._outside or (self._misfit(mean) if mean else "" if settling else self._wrong)
+        wrong = "" if settling and by_person else self._outside or (
+            self._misfit(mean) if mean and not settling else self._wrong)
         level, words = self._describe(mean, wrong)
         if level != self._report[0]:
             (rospy.loginfo if level == OK else rospy.logwarn)("localization: %s", words)
@@ -87,6 +92,9 @@ class LocalizationCheck:
                   "rays that go through the map's walls": f"{mean.through_walls:.0%}"} if mean else {}
         self._report = level, words, values
         return LOOK_PERIOD
+
+    def _is_settling(self):
+        return time.monotonic() < max(self._new_pose.came, self._put_back) + SETTLING
 
     def _compare(self, scan, floor_map):
         sensor = self._frames.look_up(floor_map.frame, scan.header.frame_id, scan.header.stamp, LOOK_PERIOD)
@@ -109,8 +117,18 @@ class LocalizationCheck:
         expected = compose(odometry_before, between(odometry, robot))
         self._moved += complex(robot[0] - expected[0], robot[1] - expected[1])
         self._way += step
-        if self._way > MOVED_WAY and abs(self._moved) <= MOVED:
-            self._moved, self._way = 0j, 0.0
+        self._kept = self._kept or odometry_before
+        if abs(self._moved) > MOVED:
+            self._go_back(floor_map.frame, between(odometry, robot))
+        elif self._way > MOVED_WAY:
+            self._moved, self._way, self._kept = 0j, 0.0, odometry
+
+    def _go_back(self, frame, place):
+        """Once: the localization has jumped, and a changed room may fit elsewhere; the odometry cannot jump."""
+        if time.monotonic() > self._put_back + GOES_WELL:
+            rospy.loginfo("the localization has jumped by %.1f m, and is put back", abs(self._moved))
+            self._put_back = time.monotonic()
+            self._pose.publish(told_pose(frame, compose(self._kept, place)))
 
     def _misfit(self, mean):
         """Why a mean `Fit` proves a wrong pose; empty when it does not. A move is not made good by a view that fits."""

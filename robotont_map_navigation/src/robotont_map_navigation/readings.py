@@ -6,12 +6,14 @@ import time
 import numpy as np
 import rospy
 import tf2_ros
-from geometry_msgs.msg import Point, Pose, Quaternion
+from geometry_msgs.msg import Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion
+from std_msgs.msg import Header
 
 from robotont_description.geometry import rotation_of, seen_from_above
 from robotont_driver.kinematics.se2 import pose_of, yaw_of
 from robotont_map_navigation.floor_map import FloorMap
 
+DEVIATION = 0.1  # [m], [rad] with which amcl is told of a place
 COSTMAP = "move_base/global_costmap/"
 
 
@@ -42,6 +44,12 @@ def message_of(pose):
     """geometry_msgs/Pose of (x [m], y [m], yaw [rad])."""
     x, y, yaw = pose
     return Pose(Point(x, y, 0.0), Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
+
+
+def told_pose(frame, pose):
+    """geometry_msgs/PoseWithCovarianceStamped by which amcl is told of a pose (x [m], y [m], yaw [rad]) in a frame."""
+    told = PoseWithCovariance(message_of(pose), (DEVIATION ** 2 * np.eye(6)).ravel().tolist())
+    return PoseWithCovarianceStamped(Header(0, rospy.Time.now(), frame), told)
 
 
 class Frames:

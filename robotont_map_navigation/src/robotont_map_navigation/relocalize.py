@@ -5,14 +5,14 @@ import time
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped, Twist, Vector3
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, Vector3
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan
-from std_msgs.msg import Header, String
+from std_msgs.msg import String
 
 from robotont_driver.kinematics.se2 import between, compose
 from robotont_map_navigation.goal import Goal, Outcome, Status
-from robotont_map_navigation.readings import Frames, Newest, floor_map_of, message_of, needed_radius, place_of, rays_of
+from robotont_map_navigation.readings import Frames, Newest, floor_map_of, needed_radius, place_of, rays_of, told_pose
 from robotont_map_navigation.scan_fit import same_place, search
 from robotont_map_navigation.tool import wait_for
 
@@ -23,7 +23,6 @@ RUN_OUT = 0.5    # [s] after the turn, until the robot stands
 WAIT = 10.0      # [s] for map, scan and transforms
 LEAST = 0.7      # share of the rays that the map has to explain
 CLEARER = 0.05   # by which every other place has to explain less
-DEVIATION = 0.1  # [m], [rad] with which amcl is told of the place
 ASK = "drive by hand to where more can be seen and try again, or set the pose by RViz' 2D Pose Estimate"
 
 
@@ -62,8 +61,7 @@ class Relocalize:
         stays = believed and same_place(first.pose, believed)
         if others and not stays and first.share - others[0].share < CLEARER:
             return Outcome(Status.LOST, f"{Goal(*first.pose)} and {Goal(*others[0].pose)} look alike from here: {ASK}")
-        told = PoseWithCovariance(message_of(first.pose), (DEVIATION ** 2 * np.eye(6)).ravel().tolist())
-        self._pose.publish(PoseWithCovarianceStamped(Header(0, rospy.Time.now(), floor_map.frame), told))
+        self._pose.publish(told_pose(floor_map.frame, first.pose))
         if not wait_for(lambda: same_place(self._frames.robot_in(floor_map.frame) or (1e9, 0, 0), first.pose), WAIT):
             return Outcome(Status.NOT_THERE, f"found {Goal(*first.pose)}, but nobody takes it there: is amcl alive?")
         if not wait_for(lambda: not self._trouble.message.data, WAIT):

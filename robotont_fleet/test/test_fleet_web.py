@@ -1,5 +1,8 @@
 """The fleet's page: its server's doors, and the page in a real browser, with robots that only write down."""
 
+import asyncio
+import contextlib
+import http.client
 import json
 import time
 from pathlib import Path
@@ -105,6 +108,17 @@ def test_what_is_no_order_is_refused_and_who_is_not_there_can_be_stopped_only():
         assert server.sent == []
         assert server.ask("POST", "/order", '{"kind": "stop", "name": "nobody"}') == 204
         assert list(server.stops["some"]) == ["nobody"]
+
+
+def test_a_browser_that_has_gone_before_its_stop_is_on_the_disk_is_no_fault_of_the_page(caplog, monkeypatch):
+    """The teacher's terminal showed a traceback for each telephone that had lost its Wi-Fi behind a press."""
+    monkeypatch.setattr(Served, "kept", lambda _: asyncio.sleep(0.2))
+    with Served(1) as server:
+        with contextlib.closing(http.client.HTTPConnection("127.0.0.1", server.port)) as browser:
+            browser.request("POST", "/order", '{"kind": "stop"}', {"Origin": f"http://127.0.0.1:{server.port}"})
+            wait_for(lambda: server.sent, "the stop")
+        assert server.ask("POST", "/order", '{"kind": "stop"}') == 204
+    assert caplog.messages == []
 
 
 HOLD_RELEASE = """new Promise((done) => {

@@ -59,4 +59,4 @@ class OrderHandler(Guarded, tornado.web.RequestHandler):
         if kind in ("stop", "release"):
             await self.server.stop_file.kept()
         self.set_status(204)
-        await self.finish()
+        self.finish()  # not awaited: who has gone meanwhile is no fault

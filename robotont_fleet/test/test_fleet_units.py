@@ -2,6 +2,7 @@
 
 import json
 import queue
+import threading
 from unittest.mock import Mock
 
 import pytest
@@ -272,6 +273,20 @@ def test_however_many_orders_come_none_of_them_waits_for_room_and_garbage_takes_
     for payload in (b"[", *[b'{"kind": "stop", "number": "p-1"}'] * (fleet_node.WAITING + 1)):
         node._take(Mock(payload=payload))
     assert (node._orders.qsize(), node._orders.get()["kind"]) == (fleet_node.WAITING, "stop")
+
+
+def test_without_a_router_the_word_of_who_presses_never_waits_for_room(monkeypatch, tmp_path):
+    """It waited for ever behind the thousandth, in rospy's thread, so that nothing more was heard on that topic."""
+    for name in ("RobotTelemetry", "Health", "robot_name"):
+        monkeypatch.setattr(fleet_node, name, Mock())
+    monkeypatch.setattr(fleet_node, "zenoh", None)
+    monkeypatch.setattr(fleet_node, "ros_home", lambda: tmp_path)
+    fleet_node.FleetNode({"robot_name": "r1", "router": ""})
+    hear, = fleet_node.RobotTelemetry.call_args[0][:1]
+    rospy_thread = threading.Thread(target=lambda: [hear(None) for _ in range(fleet_node.WAITING + 2)], daemon=True)
+    rospy_thread.start()
+    rospy_thread.join(10.0)
+    assert not rospy_thread.is_alive()
 
 
 def test_why_an_order_was_refused_is_not_told_for_ever(node):

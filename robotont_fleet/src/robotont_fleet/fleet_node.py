@@ -54,6 +54,7 @@ class FleetNode:
         self._session = None
         self._due = threading.Event()           # the next state, at once
         self._robot = RobotTelemetry(self._on_pressed_by, self._refuse)
+        RepeatingThread(self._obey)             # also without a router: who presses is told all the same
         Health(robot_name(), {"fleet": self._report})
         if zenoh is None:
             rospy.logwarn("fleet_node: %s", ABSENT)
@@ -73,7 +74,6 @@ class FleetNode:
         self._session = session
         rospy.on_shutdown(session.close)
         RepeatingThread(self._tell)
-        RepeatingThread(self._obey)
 
     # Out
 

@@ -91,6 +91,8 @@ def test_a_wrong_token_is_told_and_the_right_one_leaves_the_address_each_time_th
     browser.call("Storage.clearCookies")
     page = browser.page(f"http://127.0.0.1:{guarded.port}/#token=a-wrong-one", PHONE, script=FIND)
     page.wait("$('answer')?.hidden === false && $('answer').innerText === 'Wrong token'", "words")
+    assert page.run("($('token').value = 'what a browser keeps') && dispatchEvent(new Event('pagehide')) && "
+                    "$('token').value") == ""  # of a page that it may show again as it was left
     page.run(f"($('token').value = ' {TOKEN}') && document.querySelector('[type=submit]').click()")
     page.wait(OPEN, "the page")
     page.close()

@@ -41,9 +41,9 @@ def ranges_in_box(pose, left, right, low, high):
     return np.minimum(np.where(cos > 0, right - x, left - x) / cos, np.where(sin > 0, high - y, low - y) / sin)
 
 
-def scan_of(ranges, sees=8.0, stamp=None):
-    """The LaserScan of the frame `laser`."""
-    return LaserScan(header=Header(0, stamp or rospy.Time(), "laser"), angle_min=-math.pi,
+def scan_of(ranges, sees=8.0, stamp=None, frame="laser"):
+    """A LaserScan all around."""
+    return LaserScan(header=Header(0, stamp or rospy.Time(), frame), angle_min=-math.pi,
                      angle_increment=2 * math.pi / 90, range_min=0.05, range_max=sees, ranges=ranges)
 
 

@@ -69,7 +69,7 @@ class Simulated:
 
     def pose(self):
         """True (x, y, yaw) of the robot."""
-        return pose(self.truth[-1])
+        return pose_of(self.truth[-1].pose.pose)
 
 
 class Run(Simulated):
@@ -113,17 +113,13 @@ class Run(Simulated):
             "way": round(way(truth), 2),
             "error_m": round(math.dist(end[:2], (x, y)), 3),
             "error_rad": round(abs(math.remainder(end[2] - yaw, 2 * math.pi)), 3),
-            "clearance_m": round(min(clearance(pose(message)[:2], self.world, self.radius) for message in truth), 3),
+            "clearance_m": round(min(clearance(pose_of(message.pose.pose)[:2], self.world, self.radius)
+                                     for message in truth), 3),
             "unseen_m": round(sum(speed(message) for message in truth if abs(math.atan2(
                 message.twist.twist.linear.y, message.twist.twist.linear.x)) > HALF_A_VIEW) / TRUTH_RATE, 2),
             "fastest_m_s": round(max(map(speed, truth)), 3),
             "alarms": sorted({report.message for report in self.reports if report.level}),
         }
-
-
-def pose(message):
-    """(x, y, yaw) of an Odometry."""
-    return pose_of(message.pose.pose)
 
 
 def speed(message):
@@ -133,7 +129,7 @@ def speed(message):
 
 def way(truth):
     """[m] through the places of Odometry messages."""
-    places = [pose(message)[:2] for message in truth]
+    places = [pose_of(message.pose.pose)[:2] for message in truth]
     return sum(math.dist(one, other) for one, other in zip(places, places[1:]))
 
 

@@ -95,9 +95,7 @@ def test_navigation_stands_while_something_comes_for_10_s_at_most_until_it_has_b
         comes = (102.0 < monitor.now < 114.0 or monitor.now > 117.5) and monitor.now % 1.2 < 0.6
         monitor.hear("cmd_vel", twist(0.2))
         for frame, seen in ("laser", 0.7 if comes else 3.0), ("low_laser", 0.8):
-            scan = scan_of(np.full(101, seen), stamp=rospy.Time.now())
-            scan.header.frame_id = frame
-            monitor.hear("scan", scan)
+            monitor.hear("scan", scan_of(np.full(101, seen), stamp=rospy.Time.now(), frame=frame))
         times += [monitor.now] * (len(stands) - len(times))
     first, *_, last = (now for now in times if now < 117.0)
     assert 102.0 < first < 103.5

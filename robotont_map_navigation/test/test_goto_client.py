@@ -1,6 +1,7 @@
 """Why a goal ends, beside others who stop or cancel goals and send some; without ROS and its time."""
 
 import math
+from unittest.mock import Mock
 
 import pytest
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
@@ -182,12 +183,8 @@ def test_a_goal_is_not_sent_again_nor_waited_for_once_it_is_left(move_base, afte
     assert bool(move_base.cancelled) == cancel
 
 
-def test_whatever_ends_the_client_takes_its_goal_back(move_base, monkeypatch):
-    move_base.after = 1.0
-
-    def show(_words):
-        raise BrokenPipeError
-    monkeypatch.setattr(move_base.goto, "_show", show)
+def test_whatever_ends_the_client_takes_its_goal_back(move_base):
+    move_base.after, move_base.goto._show = 1.0, Mock(side_effect=BrokenPipeError)
     with pytest.raises(BrokenPipeError):
         move_base.goto.go(GOAL)
     assert move_base.cancelled == ["", *move_base.goals]

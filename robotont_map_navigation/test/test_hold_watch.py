@@ -7,7 +7,7 @@ import sys
 
 import pytest
 import rospy
-from geometry_msgs.msg import Point, Pose, PoseStamped, PoseWithCovariance, Quaternion, Twist, Vector3
+from geometry_msgs.msg import PoseStamped, PoseWithCovariance, Twist, TwistWithCovariance, Vector3
 from nav_msgs.msg import Odometry
 from navigation_messages import Monitor
 from sensor_msgs import point_cloud2
@@ -17,6 +17,7 @@ from robotont_driver.command.limits import Limits, limit_acceleration
 from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_map_navigation.held import FELT, FELT_AT, FREE, FRONT, LAG, PASSED, STAND, TRIES, HoldWatch
+from robotont_map_navigation.readings import message_of
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing import places
@@ -97,18 +98,23 @@ def test_without_odometry_nothing_is_known_and_the_watch_begins_anew():
     assert stands[0] >= 1.5 + FELT
 
 
+def command_ahead(monitor, seconds, pose=REST, measured=REST):
+    """Command 0.2 m/s while the odometry tells of a pose, and of a velocity [m/s]."""
+    for _ in range(round(seconds / PERIOD)):
+        monitor.hear("cmd_vel/limited", Twist(linear=Vector3(*AHEAD)))
+        monitor.hear("odom", Odometry(Header(stamp=rospy.Time.now()), "", PoseWithCovariance(pose=message_of(pose)),
+                                      TwistWithCovariance(twist=Twist(linear=Vector3(*measured)))))
+        monitor.sleep(PERIOD)
+
+
 def test_what_holds_the_robot_ends_navigations_goals_and_a_new_one_tries_again(monkeypatch):
     monitor = Monitor(monkeypatch)
     stands, ended, felt, told = map(monitor.sent.__getitem__, (
         "navigation/stand", "move_base/cancel", "navigation/felt", "navigation/held"))
 
     def drive(by, seconds):
-        """Command 0.2 m/s while the wheels stand."""
         monitor.hear("cmd_vel/driven_by", String(by))
-        for _ in range(round(seconds / PERIOD)):
-            monitor.hear("cmd_vel/limited", Twist(Vector3(*AHEAD), Vector3()))
-            monitor.hear("odom", Odometry(header=Header(stamp=rospy.Time.now())))
-            monitor.sleep(PERIOD)
+        command_ahead(monitor, seconds)
     drive("hand", 1.0)
     assert (stands, ended) == ([], [])
     drive("navigation", 0.4)
@@ -137,13 +143,7 @@ def test_the_way_to_what_was_touched_is_barred_until_the_robot_has_left_it(monke
     monitor.hear("cmd_vel/driven_by", String("navigation"))
 
     def drive(yaw=0.0, x=1.0, seconds=0.3):
-        pose = Pose(Point(x, 0.0, 0.0), Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
-        for _ in range(round(seconds / PERIOD)):
-            monitor.hear("cmd_vel/limited", Twist(Vector3(0.2, 0.0, 0.0), Vector3()))
-            odometry = Odometry(header=Header(stamp=rospy.Time.now()), pose=PoseWithCovariance(pose=pose))
-            odometry.twist.twist.linear = Vector3(0.06, -0.14, 0.0)
-            monitor.hear("odom", odometry)
-            monitor.sleep(PERIOD)
+        command_ahead(monitor, seconds, (x, 0.0, yaw), (0.06, -0.14, 0.0))
         return barred and (barred[-1].x, barred[-1].y)
     assert drive(seconds=0.1) == []
     assert drive() == pytest.approx((math.sqrt(0.5), math.sqrt(0.5)))

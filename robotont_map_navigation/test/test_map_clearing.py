@@ -10,9 +10,7 @@ RADIUS = 0.24   # [m]
 WALL = 40       # column of a wall from bottom to top, 2.025 m from the left edge, which ends at row 60
 ORIGIN = (-1.0, -2.0, 0.0)
 CELLS = np.zeros((80, 80), np.int8)
-CELLS[:60, WALL] = 100
-CELLS[:60, WALL + 1] = -1
-CELLS[:60, WALL + 2] = 100
+CELLS[:60, WALL:WALL + 3] = 100, -1, 100
 THIN = np.where(np.arange(80) == WALL, CELLS, 0).astype(np.int8)
 
 

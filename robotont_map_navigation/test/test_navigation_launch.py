@@ -2,7 +2,6 @@
 
 import re
 import subprocess
-import xmlrpc.client
 from pathlib import Path
 from unittest import mock
 
@@ -47,12 +46,10 @@ def read_launch(file, *arguments):
 
 @pytest.fixture(scope="module", autouse=True)
 def running():
-    """A master on which a robot's parameters stand: call it with other wheel parameters for another robot."""
+    """A master on which a robot's parameters stand: load other wheel parameters for another robot."""
     with Master() as master:
-        def run(parameters):
-            xmlrpc.client.ServerProxy(master.uri).setParam("/test", "/", parameters)
-        run(SHIPPED)
-        yield run
+        master.load(SHIPPED)
+        yield master
 
 
 def test_a_missing_package_is_named():
@@ -120,6 +117,6 @@ def test_the_footprint_is_that_of_the_wheels_or_of_the_robot_that_runs(tmp_path,
     assert footprints() == {0.15}
     with pytest.raises(RLException, match="robot_radius"):
         footprints("namespace:=robot2")  # where none runs
-    running(ROBOTONT2)
+    running.load(ROBOTONT2)
     assert footprints() == {0.17}
-    running(SHIPPED)
+    running.load(SHIPPED)

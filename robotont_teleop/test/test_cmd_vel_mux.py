@@ -24,10 +24,16 @@ from robotont_testing.node_test import twist
 
 HAND, NAVIGATION, STOP = (0.1, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.0)
 AHEAD = (0.8, 0.0, 0.0)
+SENSORS = [TransformStamped(Header(frame_id="base_link"), name, Transform(Vector3(*place), Quaternion(*turn)))
+           for name, place, turn in (("laser", (0.0, 0.0, 0.2), (0.0, 1.0, 0.0, 0.0)),
+                                     ("sonar", (0.0, 0.1, 0.1), (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))))]
 
 
 class Mux(Bus):
-    """The node, with a driver_node that hears it. wheels: of the robot that runs; kept: who has to stop first."""
+    """The node, with a driver_node that hears it, a laser that hangs backwards, and a range sensor on the left.
+
+    wheels: of the robot that runs; kept: who has to stop first.
+    """
 
     def __init__(self, monkeypatch, blind_speed=0.3, wheels=WHEELS):
         super().__init__(monkeypatch, cmd_vel_mux, guard_sensors)
@@ -68,6 +74,31 @@ class Mux(Bus):
     def says(self, subject):
         level, words, _values = self.reports[subject]()
         return level, words
+
+    def see(self, behind=math.inf, left=math.inf, beside=3.0, frame="laser", age=0.0, odometry=True):
+        """Everything around is free for 3 m, but for a wall ahead, behind the laser's back, and something beside.
+
+        beside: [m] by the laser, whose left is the robot's left because it looks backwards and hangs.
+        """
+        self.hear("/tf_static", TFMessage(SENSORS))
+        if odometry:
+            self.hear("odom", Odometry())
+        made, now = rospy.Time.from_sec(self.now - age), rospy.Time.now()
+        angles = np.arange(360) - 180
+        self.hear("scan", LaserScan(
+            header=Header(stamp=made, frame_id=frame), angle_min=-math.pi, angle_increment=math.pi / 180,
+            range_min=0.1, range_max=4.0,
+            ranges=np.where(abs(angles) > 150, behind, np.where(abs(angles - 90) < 30, beside, 3.0))))
+        self.hear("range", Range(header=Header(stamp=now, frame_id="sonar"), field_of_view=0.4, min_range=0.04,
+                                 max_range=4.0, range=left))
+
+    def ask(self, wanted, name="hand", **seen):
+        """The newest command that goes out, with readings for 3 s, which is longer than any counts."""
+        for _ in range(30):
+            self.look(0.1)
+            self.see(**seen)
+            found = self.drive(name, *wanted)
+        return found
 
 
 @pytest.fixture
@@ -183,96 +214,56 @@ def test_who_has_to_stop_first_has_not_stopped_because_a_way_is_barred(mux):
     assert "must stop once" in mux.says("who drives")[1]
 
 
-SENSORS = [TransformStamped(Header(frame_id="base_link"), name, Transform(Vector3(*place), Quaternion(*turn)))
-           for name, place, turn in (("laser", (0.0, 0.0, 0.2), (0.0, 1.0, 0.0, 0.0)),
-                                     ("sonar", (0.0, 0.1, 0.1), (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))))]
-
-
-class Sight(Mux):
-    """A laser that hangs backwards, and a range sensor on the left."""
-
-    def see(self, behind=math.inf, left=math.inf, beside=3.0, frame="laser", age=0.0, odometry=True):
-        """Everything around is free for 3 m, but for a wall ahead, behind the laser's back, and something beside.
-
-        beside: [m] by the laser, whose left is the robot's left because it looks backwards and hangs.
-        """
-        self.hear("/tf_static", TFMessage(SENSORS))
-        if odometry:
-            self.hear("odom", Odometry())
-        made, now = rospy.Time.from_sec(self.now - age), rospy.Time.now()
-        angles = np.arange(360) - 180
-        self.hear("scan", LaserScan(
-            header=Header(stamp=made, frame_id=frame), angle_min=-math.pi, angle_increment=math.pi / 180,
-            range_min=0.1, range_max=4.0,
-            ranges=np.where(abs(angles) > 150, behind, np.where(abs(angles - 90) < 30, beside, 3.0))))
-        self.hear("range", Range(header=Header(stamp=now, frame_id="sonar"), field_of_view=0.4, min_range=0.04,
-                                 max_range=4.0, range=left))
-
-    def ask(self, wanted, name="hand", **seen):
-        """The newest command that goes out, with readings for 3 s, which is longer than any counts."""
-        for _ in range(30):
-            self.look(0.1)
-            self.see(**seen)
-            found = self.drive(name, *wanted)
-        return found
-
-
-@pytest.fixture
-def sight(monkeypatch):
-    return Sight(monkeypatch)
-
-
-def test_before_a_scanner_has_spoken_the_hand_is_slow(sight):
-    assert sight.drive("hand", *AHEAD) == AHEAD
-    assert sight.says("guard") == (OK, "no scan and no range: does not interfere")
-    sight.connections["scan"] = 1
-    assert sight.drive("hand", *AHEAD) == pytest.approx((0.3, 0.0, 0.0))
-    assert sight.says("guard")[1].startswith("at most 0.30 m/s where no sensor sees: ahead")
+def test_before_a_scanner_has_spoken_the_hand_is_slow(mux):
+    assert mux.drive("hand", *AHEAD) == AHEAD
+    assert mux.says("guard") == (OK, "no scan and no range: does not interfere")
+    mux.connections["scan"] = 1
+    assert mux.drive("hand", *AHEAD) == pytest.approx((0.3, 0.0, 0.0))
+    assert mux.says("guard")[1].startswith("at most 0.30 m/s where no sensor sees: ahead")
 
 
 @pytest.mark.parametrize("x, y, seen, words", [
     (0.8, 0.0, {"behind": 0.2}, "ahead, 0.05 m"), (0.0, 0.8, {"left": 0.06}, "on the left, 0.01 m"),
     (0.0, 0.8, {"beside": 0.21}, "on the left, 0.06 m")])
-def test_a_hand_stops_before_what_is_in_the_way_and_drives_on_beside_it(sight, x, y, seen, words):
-    assert sight.ask((-x, -y, 0.5), **seen) == (-x, -y, 0.5)
-    sight.published.clear()
-    assert sight.ask((x, y, 0.5), **seen) == STOP
-    assert sight.says("guard") == (WARN, f"in the way: something {words} from the robot")
-    assert sight.published, "it is told at once"
-    sight.look(3.0)
-    assert sight.says("guard")[0] == OK
+def test_a_hand_stops_before_what_is_in_the_way_and_drives_on_beside_it(mux, x, y, seen, words):
+    assert mux.ask((-x, -y, 0.5), **seen) == (-x, -y, 0.5)
+    mux.published.clear()
+    assert mux.ask((x, y, 0.5), **seen) == STOP
+    assert mux.says("guard") == (WARN, f"in the way: something {words} from the robot")
+    assert mux.published, "it is told at once"
+    mux.look(3.0)
+    assert mux.says("guard")[0] == OK
 
 
-def test_what_comes_between_two_commands_slows_the_newest(sight):
-    assert sight.ask(AHEAD) == AHEAD
-    sight.see(behind=0.4)
-    sight.look()
-    assert 0.5 < sight.commands[-1][0] < 0.65
+def test_what_comes_between_two_commands_slows_the_newest(mux):
+    assert mux.ask(AHEAD) == AHEAD
+    mux.see(behind=0.4)
+    mux.look()
+    assert 0.5 < mux.commands[-1][0] < 0.65
 
 
 @pytest.mark.parametrize("seen, words", [
     ({"frame": "unknown"}, "/tf_static does not tell where it is in base_link"),
     ({"age": 5.0}, "no odometry within 2 s of its stamps"), ({"odometry": False}, "no odometry within 2 s")])
-def test_a_scan_that_cannot_be_used_is_named_and_slows(sight, seen, words):
-    assert sight.ask(AHEAD, frame="/laser") == AHEAD
-    assert sight.ask(AHEAD, **seen) == pytest.approx((0.3, 0.0, 0.0))
-    level, said = sight.says("guard")
+def test_a_scan_that_cannot_be_used_is_named_and_slows(mux, seen, words):
+    assert mux.ask(AHEAD, frame="/laser") == AHEAD
+    assert mux.ask(AHEAD, **seen) == pytest.approx((0.3, 0.0, 0.0))
+    level, said = mux.says("guard")
     assert (level, words in said) == (WARN, True), said
-    assert sight.ask(AHEAD, frame="/laser") == AHEAD
-    assert sight.says("guard")[0] == OK
+    assert mux.ask(AHEAD, frame="/laser") == AHEAD
+    assert mux.says("guard")[0] == OK
 
 
-def test_others_and_a_mux_without_it_are_left_alone(monkeypatch):
-    sight = Sight(monkeypatch)
+def test_others_and_a_mux_without_it_are_left_alone(mux, monkeypatch):
     for name in ("navigation", "default"):
-        assert sight.ask(AHEAD, name, behind=0.2) == AHEAD
-    off = Sight(monkeypatch, blind_speed=-1.0)
+        assert mux.ask(AHEAD, name, behind=0.2) == AHEAD
+    off = Mux(monkeypatch, blind_speed=-1.0)
     assert off.ask(AHEAD, behind=0.2) == AHEAD
     assert not off.heard_by["scan"]
 
 
 def test_the_guard_is_that_of_the_robot_that_runs_now(monkeypatch):
-    late = Sight(monkeypatch, wheels=None)
+    late = Mux(monkeypatch, wheels=None)
     assert late.drive("hand", *AHEAD) == AHEAD
     assert late.says("guard") == (WARN, "cannot be used: no robot's wheels on the parameter server: does not interfere")
     speeds, larger = [], WHEELS._replace(distances=[0.25] * 3)

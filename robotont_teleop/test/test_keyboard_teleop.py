@@ -1,7 +1,7 @@
 """keyboard_teleop without ROS and terminal: what keys do, and what its line shows."""
 
 import os
-from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -21,11 +21,10 @@ class Keys(Bus):
     def __init__(self, monkeypatch):
         super().__init__(monkeypatch, keyboard_teleop, robot_reports, emergency_stop_publisher)
         self.connections.update(dict.fromkeys(("cmd_vel/hand", "cmd_vel/driven_by"), 1))
-        self.line, self.releases = "", []  # [s] when they were asked for
+        self.line, self.release = "", Mock()  # its call: asked for
         monkeypatch.setattr(keyboard_teleop, "PUBLISH_PERIOD", 0.0)
         monkeypatch.setattr(keyboard_teleop, "_write", self._show)
-        monkeypatch.setattr(emergency_stop_publisher, "ServiceRequest", lambda *_: SimpleNamespace(
-            call=lambda: self.releases.append(self.now)))
+        monkeypatch.setattr(emergency_stop_publisher, "ServiceRequest", lambda *_: self.release)
         terminal, self._keyboard = os.pipe()
         given = {one.name: one.default for one in keyboard_teleop.PARAMETERS}
         self.node = keyboard_teleop.KeyboardTeleop(given, terminal)
@@ -104,9 +103,9 @@ def test_space_is_the_emergency_stop_and_that_of_others_lets_go_of_the_keys_too(
         keys.press("/node, /other")
         assert keys.type("www") == STOP
         assert "EMERGENCY STOP, Ctrl-U releases it" in keys.line
-        keys.releases.clear()
+        keys.release.reset_mock()
         keys.type("\x15")
-        assert len(keys.releases) == 1
+        keys.release.call.assert_called_once_with()
         keys.press("")
         keys.now += 2.0  # behind which another's release ends the own press
         assert keys.type() == STOP
@@ -132,6 +131,6 @@ def test_of_keys_that_came_while_it_was_held_up_the_stop_alone_counts(keys):
     assert keys.type(260 * "w") == STOP, "as a network hands on what has waited in it"
     keys.press("/other")
     keys.type("\x15", after=1.0)
-    assert not keys.releases, "released by a key from before the press"
+    assert not keys.release.call.called, "released by a key from before the press"
     keys.type("w ", after=1.0)
     assert keys.sent["emergency_stop"] == [Bool(True)]

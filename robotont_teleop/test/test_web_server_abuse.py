@@ -3,6 +3,7 @@
 import contextlib
 import http.client
 import socket
+import struct
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -27,15 +28,31 @@ def test_malformed_messages_end_the_page_and_stop_the_robot(served, text, code):
     assert served.ready_page()
 
 
-def open_socket(port):
-    """A connection that is a page's."""
+def ask_for_socket(port):
+    """A connection that asks to be a page's."""
     connection = socket.create_connection(("127.0.0.1", port))
     host = f"127.0.0.1:{port}"
     connection.sendall((f"GET /socket HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nUpgrade: websocket\r\n"
                         "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
                         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n").encode())
+    return connection
+
+
+def open_socket(port):
+    """A connection that is a page's."""
+    connection = ask_for_socket(port)
     assert connection.recv(1000).startswith(b"HTTP/1.1 101")
     return connection
+
+
+def test_who_goes_before_the_answer_is_no_page(served, caplog):
+    """Each such one counted as an open page for ever: behind 16 of them nobody could open one, nor press STOP."""
+    for _ in range(100):
+        with ask_for_socket(served.port) as gone:
+            gone.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # as a reset ends it
+    wait_for(lambda: not served.server.pages, "the end of all")
+    assert served.ready_page()
+    assert caplog.messages == []
 
 
 def flood(connection, first, frame):

@@ -68,6 +68,8 @@ class PageSocket(Guarded, tornado.websocket.WebSocketHandler):
 
     def open(self):
         """Called by tornado."""
+        if self.ws_connection.stream.closed():  # gone during the handshake: `on_close` would never come
+            return
         self.number = self.server.add(self)
         self.set_nodelay(True)
         self.ws_connection.stream.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)

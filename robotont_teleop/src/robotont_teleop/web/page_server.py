@@ -3,6 +3,7 @@
 import asyncio
 
 import tornado.httpserver
+import tornado.log
 import tornado.netutil
 import tornado.web
 
@@ -26,6 +27,7 @@ class PageServer:
 
     def serve(self, handlers, address, port, certificate="", **options):
         """Serve by further tornado handlers; returns the page's URL. Port 0: any. Raises SetUpError."""
+        tornado.log.gen_log.setLevel("ERROR")  # not a line for each request of a stranger that is none
         tls = make_tls(certificate)
         self.scheme = "https" if tls else "http"
         try:

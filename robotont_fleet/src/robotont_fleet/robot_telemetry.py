@@ -13,6 +13,7 @@ from robotont_driver.robots.battery import EMPTY
 from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.robot_reports import LONGEST_WORDS, RobotReports, rounded
+from robotont_teleop.web.access import is_loopback
 from robotont_teleop.web.frame_chain import FrameChain
 from robotont_teleop.web.page_setup import own_address
 
@@ -43,9 +44,10 @@ class RobotTelemetry(RobotReports):
         """Where other computers can open the robot's own page, whose node may start later; returns the time to rest."""
         with contextlib.suppress(OSError):  # the master is away
             given = rospy.get_param("web_teleop_node", {})
-            there = given.get("address") in ("0.0.0.0", "::")
+            address = given.get("address", "127.0.0.1")
+            shown = own_address() if address in ("0.0.0.0", "::") else address
             scheme = "https" if given.get("certificate") else "http"
-            self._page = f"{scheme}://{own_address()}:{given.get('port', 8100)}/" if there else ""
+            self._page = "" if is_loopback(address) else f"{scheme}://{shown}:{given.get('port', 8100)}/"
         return NEXT_PAGE
 
     # Orders

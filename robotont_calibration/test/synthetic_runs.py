@@ -64,7 +64,7 @@ def taped_runs(parameters, seed=0, driven=None, spoil=lambda _number, poses: pos
 
 
 def write_run(path, **topics):
-    """A bag of (time [s], counts) on serial_read, (time, pose) as Odometry on odom, else as PoseStamped."""
+    """A bag of (time [s], counts) on serial_read, (time, pose) as Odometry on a topic odom, else as PoseStamped."""
     with rosbag.Bag(str(path), "w") as bag:
         for topic, rows in topics.items():
             for at, values in rows:
@@ -72,7 +72,7 @@ def write_run(path, **topics):
                 if topic == "serial_read":
                     message = String(":".join(f"{count:.3f}" for count in values) + ";\n")
                 else:
-                    message = Odometry() if topic == "odom" else PoseStamped()
+                    message = Odometry() if topic.endswith("odom") else PoseStamped()
                     message.header.stamp = stamp
                     pose = getattr(message.pose, "pose", message.pose)
                     pose.position.x, pose.position.y = values[:2]

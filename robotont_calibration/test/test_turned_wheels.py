@@ -6,12 +6,8 @@ from robotont_testing.robots import ROBOTONT2_PARAMS, WHEEL_PARAMS
 from robotont_testing.stand_in_board import Board
 
 
-def turned_wheels(params):
-    return TurnedWheels(read_wheel_file(params)[0])
-
-
 def test_a_wheel_is_shown_once_per_step_with_its_place_and_direction():
-    turned = turned_wheels(ROBOTONT2_PARAMS)
+    turned = TurnedWheels(read_wheel_file(ROBOTONT2_PARAMS)[0])
     lines = [line for _ in range(100) for line in turned.add((0, -1, 0))]
     assert lines == ["wheel 1 (at 180 degrees): backward, -15 degrees in all"]
     assert turned.add((0, -100, 0)) == ["wheel 1 (at 180 degrees): backward, -60 degrees in all"]
@@ -22,7 +18,7 @@ def test_a_wheel_is_shown_once_per_step_with_its_place_and_direction():
 
 @pytest.mark.parametrize("params, turn", [(ROBOTONT2_PARAMS, "counterclockwise"), (WHEEL_PARAMS, "clockwise")])
 def test_a_robot_that_was_turned_on_the_floor_shows_whether_the_signs_fit(params, turn):
-    turned = turned_wheels(params)
+    turned = TurnedWheels(read_wheel_file(params)[0])
     turned.add((300, 310, 290))
     assert turned.verdict.startswith(f"all wheels turned as if the robot had been turned {turn}")
 

@@ -12,14 +12,18 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from rosbag import Bag
 from sensor_msgs.msg import LaserScan
 
 from robotont_driver.kinematics import se2
+from robotont_testing import places
+
+sys.path.append(str(places.package("robotont_calibration") / "test"))
+from synthetic_runs import write_run
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 SQUARE = [(0.5, 0.0), (0.5, 0.5), (0.0, 0.5)]  # [m]
 PERIOD, WALL = 0.02, 1.0  # [s] of the odometry and of the scan, [m] ahead of where the robot starts
+WAYS = 0.0, 0.1, 0.2  # [m] of a bag's poses
 
 
 class Drive:
@@ -106,14 +110,8 @@ def test_plot_bag_draws_odometry_and_truth_from_one_start(tmp_path):
     """The truth of a robot that starts elsewhere in the room, looking elsewhere, lies on a right odometry."""
     from matplotlib import pyplot
 
-    with Bag(str(tmp_path / "way.bag"), "w") as bag:
-        for step in range(3):
-            way = 0.1 * step
-            for topic, x, y, yaw in (("odom", way, 0.0, 0.0), ("/ground_truth/odom", -3.0, way, math.pi / 2)):
-                message = Odometry()
-                message.pose.pose.position.x, message.pose.pose.position.y = x, y
-                message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
-                bag.write(topic, message)
+    write_run(tmp_path / "way.bag", odom=[(1.0 + way, (way, 0.0, 0.0)) for way in WAYS], **{
+        "/ground_truth/odom": [(1.0 + way, (-3.0, way, math.pi / 2)) for way in WAYS]})
     with patch("sys.argv", ["plot_bag.py", str(tmp_path / "way.bag")]):
         runpy.run_path(str(EXAMPLES / "plot_bag.py"))
     odom, truth = (line.get_xydata() for line in pyplot.gca().lines)
@@ -125,17 +123,12 @@ def test_plot_bag_makes_a_picture_of_a_bag_and_tells_what_is_no_whole_one_withou
     def plot_bag(name):
         return subprocess.run([sys.executable, str(EXAMPLES / "plot_bag.py"), str(tmp_path / name)], check=False,
                               text=True, capture_output=True)
-    with Bag(str(tmp_path / "square.bag"), "w") as bag:
-        for step in range(3):
-            message = Odometry()
-            message.pose.pose.position.x = float(step)
-            bag.write("odom", message)
+    write_run(tmp_path / "square.bag", odom=[(1.0 + way, (way, 0.0, 0.0)) for way in WAYS])
     result = plot_bag("square.bag")
     assert result.stdout.startswith("3 poses, 0 true ones: "), result.stderr
     assert (tmp_path / "square.png").stat().st_size > 1000
     (tmp_path / "cut.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(100))
-    with Bag(str(tmp_path / "other.bag"), "w") as bag:
-        bag.write("ground_truth/odom", Odometry())
+    write_run(tmp_path / "other.bag", **{"ground_truth/odom": [(1.0, (0.0, 0.0, 0.0))]})
     for name in ("cut.bag", "none.bag", "other.bag"):
         result = plot_bag(name)
         assert result.returncode == 2

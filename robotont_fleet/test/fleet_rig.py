@@ -25,7 +25,7 @@ STATE = {"id": "a", "number": 1, "frame": "map", "pose": [1, 2, 3], "speed": [0.
 
 
 class Rig(Master):
-    """All processes; robots are added one by one."""
+    """All processes; robots are added one by one, as RobotRigs."""
 
     def __init__(self):
         super().__init__()
@@ -69,10 +69,6 @@ class Rig(Master):
             return all(drives)
         wait_for(free, "all to drive", PATIENCE, period=0.3)
 
-    def add_robot(self, name):
-        self.robots[name] = robot = RobotRig(self, name)
-        robot.start()
-
     def close(self):
         for robot in self.robots.values():
             robot.board.close()
@@ -86,6 +82,8 @@ class RobotRig:
         self.board = Board(str(rig.folder / f"{name}.port"))
         self.proxy = StallingProxy(rig.router_port, room=4096)
         rig.start(sys.executable, HERE / "stand_in_navigation.py", f"__ns:=/{name}")
+        rig.robots[name] = self
+        self.start()
 
     def start(self):
         self.board.plug()

@@ -9,7 +9,7 @@ import threading
 import time
 
 import pytest
-from fleet_rig import PATIENCE, STATE, Rig, watch_stop
+from fleet_rig import PATIENCE, STATE, Rig, RobotRig, watch_stop
 
 from robotont_fleet import zenoh_keys as keys
 from robotont_fleet.zenoh_setup import zenoh
@@ -28,7 +28,7 @@ def rig():
     with Rig() as one:
         one.start_page()
         for name in NAMES:
-            one.add_robot(name)
+            RobotRig(one, name)
         wait_for(lambda: all(robot.drives and one.seen(robot.name) for robot in one.robots.values()), "all to drive",
                  PATIENCE, period=0.1)
         yield one

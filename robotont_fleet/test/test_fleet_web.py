@@ -22,7 +22,6 @@ from robotont_testing.places import config
 
 TOKEN = "the-token-of-these-tests"
 SMALL = (360, 740, 2)
-NEEDS_BROWSER = pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
 
 
 class Served(LoopClient):
@@ -75,6 +74,8 @@ class Served(LoopClient):
 
 @pytest.fixture(scope="module")
 def browser():
+    if CHROMIUM is None:
+        pytest.skip("no chromium")
     with Browser() as one:
         yield one
 
@@ -128,7 +129,6 @@ HOLD_RELEASE = """new Promise((done) => {
 })"""
 
 
-@NEEDS_BROWSER
 def test_stop_all_shows_who_stands_until_all_are_let_go_and_a_click_sends_a_robot(browser):
     with Served(3) as server:
         page = browser.page(f"http://127.0.0.1:{server.port}/", SMALL)
@@ -156,7 +156,6 @@ def test_stop_all_shows_who_stands_until_all_are_let_go_and_a_click_sends_a_robo
         page.close()
 
 
-@NEEDS_BROWSER
 def test_a_stop_that_does_not_arrive_is_red_until_it_has(browser):
     """With a server that answers nothing, then errors, then as it should; never more than one question at a time."""
     fetch = """window.mode = "hang"; window.asked = 0; window.most = 0; const real = window.fetch;
@@ -192,7 +191,6 @@ def test_a_stop_that_does_not_arrive_is_red_until_it_has(browser):
         page.close()
 
 
-@NEEDS_BROWSER
 def test_all_is_said_in_three_languages(browser):
     with Served(1) as server:
         page = browser.page(f"http://127.0.0.1:{server.port}/", SMALL, language="de")
@@ -205,7 +203,6 @@ def test_all_is_said_in_three_languages(browser):
     assert [need for need in NEEDS if need and f"need_{need}" not in texts] == ["error", "warning"], "their fault has"
 
 
-@NEEDS_BROWSER
 @pytest.mark.parametrize(("robots", "size", "dark"), [
     (0, SMALL, False), (40, SMALL, True), (40, DESKTOP, False)])
 def test_the_page_fits_and_axe_finds_nothing(browser, size, dark, robots):

@@ -24,9 +24,9 @@ def record(second, text="0:0:0;\n"):
     return Record("/serial_read", 1000.0 + second, len(data).to_bytes(4, "little") + data, HEADER)
 
 
-def fill(box, seconds):
-    for second in seconds:
-        box.write([record(second)], now=float(second))
+def fill(box, seconds, records=lambda second: [record(second)]):
+    for second in range(seconds):
+        box.write(records(second), now=float(second))
 
 
 def messages(bags):
@@ -39,8 +39,7 @@ def messages(bags):
 
 def test_each_file_opens_and_the_oldest_go(tmp_path):
     box = BlackBox(tmp_path, keep=60.0)
-    for second in range(100):
-        box.write([record(second, f"{second};"), record(second + 0.5, f"{second}.5;")], now=float(second))
+    fill(box, 100, lambda second: [record(second, f"{second};"), record(second + 0.5, f"{second}.5;")])
     bags = bags_of(box.folder)
     assert len(bags) == 61
     assert messages(bags)[0] == ("/serial_read", "39;", 1039.0)
@@ -50,8 +49,7 @@ def test_each_file_opens_and_the_oldest_go(tmp_path):
 def test_the_disk_is_bounded(tmp_path, monkeypatch):
     monkeypatch.setattr(black_box_files, "RUN_SIZE", 500_000)
     box = BlackBox(tmp_path, keep=1e9)
-    for second in range(60):
-        box.write([record(second, os.urandom(25_000).hex())], now=float(second))
+    fill(box, 60, lambda second: [record(second, os.urandom(25_000).hex())])
     size = sum(path.stat().st_size for path in tmp_path.rglob("*") if path.is_file())
     assert 400_000 < size <= 500_000 + 60_000
     assert messages(bags_of(box.folder))[-1][2] == 1059.0
@@ -72,7 +70,7 @@ def test_a_restart_keeps_what_led_to_it(size, kept, tmp_path, monkeypatch):
 
 def test_a_file_that_cannot_be_read_costs_nothing_but_itself(tmp_path):
     box = BlackBox(tmp_path)
-    fill(box, range(3))
+    fill(box, 3)
     middle = bags_of(box.folder)[1]
     for content in (os.urandom(5000), b"#ROSBAG V2.0\n" + b"\xff" * 5000, b"", middle.read_bytes()[:-100]):
         middle.write_bytes(content)
@@ -135,7 +133,7 @@ def test_what_is_no_run_of_the_recorder_stays_alone(tmp_path, monkeypatch):
 
 def test_a_full_disk_makes_room_and_says_so(tmp_path, monkeypatch):
     box = BlackBox(tmp_path)
-    fill(box, range(3))
+    fill(box, 3)
     with monkeypatch.context() as full:
         full.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")))
         with pytest.raises(OSError, match="No space"):
@@ -193,8 +191,7 @@ def test_what_a_loss_of_power_leaves(tmp_path):
     subprocess.run(["mkfs.ext4", "-q", str(disk)], check=True)
     with mounted(disk, folder):
         box = BlackBox(folder)
-        for second in range(20):
-            box.write([record(second + part / 100) for part in range(100)], now=float(second))
+        fill(box, 20, lambda second: [record(second + part / 100) for part in range(100)])
         (folder / "not_flushed").write_bytes(b"x" * 1000)
         shutil.copy(disk, after)  # the power is lost here
     with mounted(after, folder):

@@ -70,13 +70,6 @@ class Stage(TwoMachines):
     def kill(self, who):
         self.stop(self.commanders.pop(who), signal.SIGKILL)
 
-    def in_order(self):
-        """No commander, and nothing between the machines."""
-        for who in list(self.commanders):
-            self.kill(who)
-        self.mend()
-        self.stands()
-
     def motions(self):
         """Lines of motion that the board has heard since the last call."""
         heard = self.board.heard[self._read:]
@@ -113,9 +106,12 @@ def both():
 
 @pytest.fixture
 def stage(both):
-    """The robot stands, and nobody commands it."""
+    """The robot stands, and nobody commands it; afterwards, too, with nothing between the machines."""
     yield both
-    both.in_order()
+    for who in list(both.commanders):
+        both.kill(who)
+    both.mend()
+    both.stands()
 
 
 def test_what_waited_for_the_network_does_not_drive(stage):

@@ -28,8 +28,9 @@ def test_the_camera_is_shown_picture_after_picture_and_an_old_one_is_not(browser
 ROOM = {"number": 7, "width": 8.0, "height": 4.0, "origin": [-1.0, -1.0, 0.0]}
 
 
-def on_map(server, pose=(0.0, 0.0, 0.5), **status):
-    report(server, given={"pose": list(pose)}, **{"frame": "map", "map": ROOM, "navigation": True, **status})
+def on_map(server, **status):
+    server.robot.map_picture = png()
+    report(server, given={"pose": [0.0, 0.0, 0.5]}, **{"frame": "map", "map": ROOM, "navigation": True, **status})
 
 
 def pixels(page, part):
@@ -38,7 +39,6 @@ def pixels(page, part):
 
 
 def test_the_map_shows_the_robot_in_its_size_or_all_of_itself(page, served):
-    served.robot.map_picture = png()
     on_map(served, radius=0.2)
     page.wait("!document.querySelector('.ground').hasAttribute('hidden')", "the map")
     assert pixels(page, ".robot") == pytest.approx(0.2 * pixels(page, ".world"), abs=0.5)
@@ -61,7 +61,6 @@ def test_the_reset_of_the_odometry_says_what_it_moves(page, served):
 
 
 def test_a_goal_is_seen_before_it_is_sent(page, served):
-    served.robot.map_picture = png()
     on_map(served)
     page.wait("!document.querySelector('.ground').hasAttribute('hidden')", "the map")
     page.finger(1, "#view", 0.3, 0.2)
@@ -82,7 +81,6 @@ def test_a_goal_is_seen_before_it_is_sent(page, served):
 
 
 def test_what_is_near_stands_around_the_robot_on_the_map_and_on_the_camera(page, served):
-    served.robot.map_picture = png()
     near = [1.5] * 6 + [0.15] + [None] * 17  # close on the left
     bearing = "(({x, y}) => Math.atan2(-x, -y))(document.querySelector('.near .close').getPointAtLength(10))"
     on_map(served, near=near)

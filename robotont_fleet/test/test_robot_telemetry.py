@@ -10,6 +10,7 @@ from fleet_rig import STATE
 from robotont_driver.kinematics.se2 import pose_of
 from robotont_fleet import robot_telemetry
 from robotont_fleet.messages import read_state
+from robotont_teleop.web import page_setup
 
 
 @pytest.fixture
@@ -33,12 +34,12 @@ def test_a_state_stays_short_enough_to_be_read_however_many_press_the_stop(telem
 
 def test_where_the_robots_page_is_stays_known_while_the_master_is_away(telemetry, monkeypatch):
     monkeypatch.setattr(robot_telemetry.rospy, "get_param", Mock(side_effect=[
-        {}, {"address": "127.0.0.1", "port": 8123}, {"address": "10.0.0.1"}, {"address": "0.0.0.0", "port": 8123},
-        ConnectionRefusedError]))
-    monkeypatch.setattr(robot_telemetry, "own_address", lambda: "r1")
-    found = [(telemetry._look_for_page(), telemetry._page) for _ in range(5)]
+        {}, {"address": "127.0.0.1", "port": 8123}, {"address": "10.0.0.1"}, {"address": "fd00::1"},
+        {"address": "", "certificate": "here"}, {"address": "0.0.0.0", "port": 8123}, ConnectionRefusedError]))
+    monkeypatch.setattr(page_setup, "own_address", lambda: "r1")
+    found = [(telemetry._look_for_page(), telemetry._page) for _ in range(7)]
     assert found == [(robot_telemetry.NEXT_PAGE, page) for page in (
-        "", "", "http://10.0.0.1:8100/", "http://r1:8123/", "http://r1:8123/")]
+        "", "", "http://10.0.0.1:8100/", "http://[fd00::1]:8100/", "https://r1:8100/", *2 * ["http://r1:8123/"])]
 
 
 @pytest.mark.parametrize("changed, words", [

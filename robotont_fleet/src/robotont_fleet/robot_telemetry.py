@@ -15,7 +15,7 @@ from robotont_teleop.hand.emergency_stop_publisher import EmergencyStopPublisher
 from robotont_teleop.hand.robot_reports import LONGEST_WORDS, RobotReports, rounded
 from robotont_teleop.web.access import is_loopback
 from robotont_teleop.web.frame_chain import FrameChain
-from robotont_teleop.web.page_setup import own_address
+from robotont_teleop.web.page_setup import page_url
 
 NEXT_PAGE = 5.0  # [s] between two looks at where the robot's own page is
 
@@ -45,9 +45,8 @@ class RobotTelemetry(RobotReports):
         with contextlib.suppress(OSError):  # the master is away
             given = rospy.get_param("web_teleop_node", {})
             address = given.get("address", "127.0.0.1")
-            shown = own_address() if address in ("0.0.0.0", "::") else address
-            scheme = "https" if given.get("certificate") else "http"
-            self._page = "" if is_loopback(address) else f"{scheme}://{shown}:{given.get('port', 8100)}/"
+            self._page = "" if is_loopback(address) else page_url(
+                address, given.get("port", 8100), given.get("certificate"))
         return NEXT_PAGE
 
     # Orders

@@ -7,7 +7,7 @@ import tornado.log
 import tornado.netutil
 import tornado.web
 
-from robotont_teleop.web.page_setup import SetUpError, make_tls, own_address
+from robotont_teleop.web.page_setup import SetUpError, make_tls, page_url
 from robotont_teleop.web.web_handlers import FileHandler, LoginHandler, MapHandler, MetricsHandler
 
 MAX_CONNECTIONS = 64  # open at once, pages among them
@@ -43,8 +43,7 @@ class PageServer:
             max_buffer_size=8 * LARGEST_HEADER, idle_connection_timeout=IDLE, body_timeout=BODY_TIMEOUT)
         self.http_server.add_sockets(sockets)
         self.port = sockets[0].getsockname()[1]
-        shown = own_address() if address in ("", "0.0.0.0", "::") else address
-        return f"{self.scheme}://{f'[{shown}]' if ':' in shown else shown}:{self.port}/"
+        return page_url(address, self.port, tls)
 
 
 class LimitedServer(tornado.httpserver.HTTPServer):

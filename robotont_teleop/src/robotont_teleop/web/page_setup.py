@@ -72,6 +72,12 @@ def own_address():
             return socket.gethostname()
 
 
+def page_url(address, port, tls):
+    """Under which address a page that is served at `address` is opened, from other computers where they may."""
+    shown = own_address() if address in ("", "0.0.0.0", "::") else address
+    return f"{'https' if tls else 'http'}://{f'[{shown}]' if ':' in shown else shown}:{port}/"
+
+
 def invitation(url, access, terminal):
     """Lines that tell how to get in where a token is asked for.
 

@@ -55,6 +55,13 @@ def test_who_goes_before_the_answer_is_no_page(served, caplog):
     assert caplog.messages == []
 
 
+def test_a_close_whose_reason_is_no_text_is_the_end_of_its_page(served):
+    """It stayed an open page for ever, and the one that drives, if it was that."""
+    with open_socket(served.port) as connection:
+        connection.sendall(b"\x88\x83\0\0\0\0\x03\xe8\xff")
+        wait_for(lambda: not served.server.pages, "the end")
+
+
 def flood(connection, first, frame):
     """Send without an end, and faster than anybody reads; whether the server has closed it within 8 s."""
     end = time.monotonic() + 8.0

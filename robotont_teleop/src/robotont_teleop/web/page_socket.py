@@ -37,7 +37,8 @@ class PageFrames(tornado.websocket.WebSocketProtocol13):
             await asyncio.sleep(GOODBYE)
             self._abort()
             return
-        await super()._receive_frame()
+        with contextlib.suppress(ValueError):  # a close whose reason is no UTF-8: `on_close` would never come
+            await super()._receive_frame()
         self.handler.count_frame()
         await asyncio.sleep(0)
 

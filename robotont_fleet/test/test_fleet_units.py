@@ -50,8 +50,10 @@ class Class:
         return {key: value for key, value in self.fleet.view(self.now)["stop"].items() if key != "newest"}
 
     def release(self):
-        """By a person who has seen all."""
-        return self.fleet.release(self.fleet.view(self.now)["stop"]["newest"])
+        """By a person who has seen all; what goes out."""
+        del self.sent[:]
+        assert self.fleet.release(self.fleet.view(self.now)["stop"]["newest"])
+        return self.sent
 
     def needs(self):
         return {one["name"]: one["need"] for one in self.fleet.view(self.now)["robots"]}
@@ -166,18 +168,14 @@ def test_a_release_lets_go_who_is_there_and_stands_by_this_page_and_tells_who_is
     room.confirm("r3")
     room.go("r3")
     room.say("r2", confirmed=["other-1"])
-    del room.sent[:]
-    room.release()
-    assert room.sent == [("r1", {"kind": "release", "number": number, "id": "a", "seen": 50})]
+    assert room.release() == [("r1", {"kind": "release", "number": number, "id": "a", "seen": 50})]
     assert room.stop() == {"all": False, "stand": [], "waiting": [], "gone": [], "left": ["r1"]}
     assert room.kept["all"] is None
     room.come("r3")  # it had not heard
     room.say("r3", confirmed=[number])
     assert room.stop()["left"] == ["r1", "r3"]
     room.say("r1", number=51, confirmed=[])
-    del room.sent[:]
-    room.release()
-    assert [name for name, _ in room.sent] == ["r3"]
+    assert [name for name, _ in room.release()] == ["r3"]
 
 
 @pytest.mark.parametrize("name", [None, "r1"])
@@ -191,8 +189,7 @@ def test_a_release_that_was_asked_for_before_the_newest_press_ends_nothing(room,
     assert not room.fleet.release(asked)
     assert not Class(room.kept).fleet.release(asked)
     assert (room.sent, room.stop()["all"]) == ([], True)
-    assert room.release()
-    assert [order["kind"] for _, order in room.sent] == ["release", "release"]
+    assert [order["kind"] for _, order in room.release()] == ["release", "release"]
 
 
 def test_stops_survive_the_page_and_its_file_is_read_in_doubt_as_a_stop(room, tmp_path, monkeypatch, capsys):
@@ -216,8 +213,8 @@ def test_stops_survive_the_page_and_its_file_is_read_in_doubt_as_a_stop(room, tm
     after = Class(None)  # of the page whose file was spoilt
     after.come("r1")
     after.say("r1", confirmed=[room.kept["all"], "page-2-1"])
-    after.release()
-    assert [order["number"] for _, order in after.sent] == [room.kept["all"]]
+    assert after.sent == []
+    assert [order["number"] for _, order in after.release()] == [room.kept["all"]]
 
 
 def test_of_who_never_was_there_nothing_is_remembered(room):
@@ -303,9 +300,7 @@ def test_what_a_fleet_node_before_this_one_has_stopped_any_page_lets_go_but_not_
     room.say("r1", number=said(node)["number"], confirmed=said(node)["confirmed"], stopped="/fleet_node")
     assert room.stop()["left"] == ["r1"]
     assert room.needs()["r1"] == "stopped"
-    del room.sent[:]
-    room.release()
-    (name, order), = room.sent
+    (name, order), = room.release()
     assert (name, order["id"]) == ("r1", "a")
     node._on_order(order)
     node._robot.release.assert_called_once_with()

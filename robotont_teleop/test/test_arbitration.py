@@ -144,12 +144,11 @@ def test_a_person_may_excuse_who_has_not_stopped(arbiter):
 
 
 TWISTS = {"hand": HAND, "navigation": NAVIGATION, "default": DEFAULT}
-EVENTS = st.lists(st.tuples(
+
+
+@given(st.lists(st.tuples(
     st.floats(0.0, 0.7), st.sampled_from(["hand", "navigation", "default", "press", "release", "give back", "look"]),
-    st.booleans()), max_size=60)
-
-
-@given(EVENTS)
+    st.booleans()), max_size=60))
 def test_whatever_happens_drivers_do_not_mix_and_silence_stops(events):
     arbiter, now, sent, pressed = Arbiter(INPUTS), 0.0, [], False
     received = {}

@@ -72,8 +72,7 @@ class Mux(Bus):
         return [one.data for one in self.sent["cmd_vel/driven_by"]]
 
     def says(self, subject):
-        level, words, _values = self.reports[subject]()
-        return level, words
+        return self.reports[subject]()[:2]
 
     def see(self, behind=math.inf, left=math.inf, beside=3.0, frame="laser", age=0.0, odometry=True):
         """Everything around is free for 3 m, but for a wall ahead, behind the laser's back, and something beside.

@@ -16,7 +16,6 @@ from robotont_testing.stalling_proxy import StallingProxy
 from robotont_testing.stand_in_board import COMMAND_TIMEOUT, Board, speeds_of
 
 PATIENCE, TO_WHEELS = 60.0, 0.2  # [s]
-HERE = Path(__file__).resolve().parent
 STATE = {"id": "a", "number": 1, "frame": "map", "pose": [1, 2, 3], "speed": [0.1, 0.0], "driven": 0.0,
          "driven_by": "hand", "driver": True, "stopped": "", "confirmed": [],
          "worst": {"level": 0, "task": "link", "words": "ok", "fault": ""},
@@ -81,7 +80,7 @@ class RobotRig:
         self._rig, self.name = rig, name
         self.board = Board(str(rig.folder / f"{name}.port"))
         self.proxy = StallingProxy(rig.router_port, room=4096)
-        rig.start(sys.executable, HERE / "stand_in_navigation.py", f"__ns:=/{name}")
+        rig.start(sys.executable, Path(__file__).with_name("stand_in_navigation.py"), f"__ns:=/{name}")
         rig.robots[name] = self
         self.start()
 

@@ -15,7 +15,6 @@ import random
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import rospy
@@ -28,9 +27,7 @@ from robotont_driver.kinematics.se2 import pose_of
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_simulator.world import read_world
 from robotont_testing.harness import Master, wait_for
-from robotont_testing.places import program
-
-ROOT = Path(__file__).resolve().parents[2]
+from robotont_testing.places import config, program
 
 GOAL_TIMEOUT = 180  # [s]
 NEAR = (0.2, 0.3)   # [m] between a wall and the robot's centre
@@ -78,7 +75,7 @@ class Run(Simulated):
     def __init__(self, master, arguments, robot, world, start=None):
         """start: (x, y, yaw) of the robot, and of amcl unless the arguments give it another; None: the world's."""
         self.radius = robot_radius(read_robot(robot).wheels)
-        file = ROOT / "config" / "worlds" / f"{world}.yaml"
+        file = config(f"worlds/{world}.yaml")
         self.world, place = read_world(file), world
         if start:
             arguments = ["start:=" + " ".join(map(str, start)), *arguments]
@@ -86,7 +83,7 @@ class Run(Simulated):
             place = master.folder / "world.yaml"
             place.write_text(yaml.safe_dump(moved))
         super().__init__(master, "navigation.launch", f"robot:={robot}", f"world:={place}",
-                         f"map:={ROOT}/config/maps/{world}.yaml", *arguments)
+                         f"map:={config(f'maps/{world}.yaml')}", *arguments)
         self.reports = []
         rospy.Subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics)
 

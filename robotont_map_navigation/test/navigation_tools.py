@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 import rospkg
 
-PACKAGE = Path(__file__).resolve().parents[1]
-ROOT = PACKAGE.parent
+HERE = Path(__file__).resolve().parent
 NAVIGATION_PACKAGES = ("move_base", "map_server", "dwa_local_planner", "navfn", "clear_costmap_recovery",
                        "amcl", "fake_localization")
 
@@ -21,7 +20,7 @@ def needs(*packages):
 
 def figures_of(program, *arguments, timeout):
     """What a program of this folder prints as JSON on its last line, within `timeout` [s]."""
-    result = subprocess.run(["/usr/bin/python3", str(PACKAGE / "test" / program), *arguments], check=False, text=True,
+    result = subprocess.run(["/usr/bin/python3", str(HERE / program), *arguments], check=False, text=True,
                             timeout=timeout, capture_output=True)
     print(result.stderr)
     assert result.stdout, result.stderr

@@ -3,9 +3,10 @@
 from functools import partial
 
 import pytest
-from navigation_tools import NAVIGATION_PACKAGES, ROOT, figures_of, needs
+from navigation_tools import NAVIGATION_PACKAGES, figures_of, needs
 
 from robotont_map_navigation.goal import Status
+from robotont_testing.places import config
 
 pytestmark = needs(*NAVIGATION_PACKAGES)
 
@@ -13,7 +14,6 @@ IN_THE_ROOM, NEARBY = ["--goal", "8", "8", "1.57"], ["--goal", "3", "3", "-3.0"]
 ERROR = 0.07  # [m] of the true place at the end; of a hundred goals none was missed by more than 0.05
 POSE_ERROR = 0.12   # [m] of the localization, behind a fault
 NOT_MOVED = 0.003   # [m] that the truth may wander while the robot stands
-THREE = [*IN_THE_ROOM, "--goal", "1", "8.5", "3.0", "--goal", "9", "1", "-1.57"]
 
 
 run = partial(figures_of, "navigation_run.py")  # a list with those of each goal
@@ -31,7 +31,7 @@ def drive(*arguments):
 
 
 def test_three_goals_in_a_row():
-    figures = drive(*THREE)
+    figures = drive(*IN_THE_ROOM, "--goal", "1", "8.5", "3.0", "--goal", "9", "1", "-1.57")
     assert len(figures) == 3
     assert sum(each["unseen_m"] for each in figures) < 0.1 * sum(each["way"] for each in figures), figures
     assert max(each["fastest_m_s"] for each in figures) < 1.03 * 0.4, figures
@@ -61,7 +61,7 @@ def test_a_robot_gets_around_a_wall_and_also_where_it_is_pressed_to_it(start, be
 
 def test_no_alarm_on_the_right_map_and_one_on_a_map_of_another_place():
     right, = run("--goal", "2.5", "2.5", "0", timeout=400)
-    wrong, = run("--world", "maze", "--goal", "2.5", "2.5", "0", f"map:={ROOT}/config/maps/room.yaml", timeout=400)
+    wrong, = run("--world", "maze", "--goal", "2.5", "2.5", "0", f"map:={config('maps/room.yaml')}", timeout=400)
     assert right["alarms"] == []
     assert wrong["status"] == Status.LOST, wrong
     assert "a map of another place" in wrong["words"], wrong

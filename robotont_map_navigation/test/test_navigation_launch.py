@@ -7,7 +7,7 @@ from unittest import mock
 
 import pytest
 import yaml
-from navigation_tools import PACKAGE, ROOT
+from navigation_tools import HERE
 from roslaunch import RLException, loader
 from roslaunch.config import load_config_default
 
@@ -17,7 +17,7 @@ from robotont_testing.harness import Master
 from robotont_testing.robots import ROBOTONT2, SHIPPED, robot_folder
 
 KNOWN = {section: set(names) for section, names in yaml.safe_load(
-    (PACKAGE / "test" / "data" / "navigation_parameters.yaml").read_text()).items()}
+    (HERE / "data" / "navigation_parameters.yaml").read_text()).items()}
 LAYERS = {"": "costmap_2d", "/static_layer": "costmap_2d::StaticLayer", "/obstacles": "costmap_2d::ObstacleLayer",
           "/obstacles/scan": "observation source",
           "/obstacles/felt": "observation source", "/inflation": "costmap_2d::InflationLayer"}
@@ -84,9 +84,9 @@ def test_frames_and_topics_of_a_second_robot():
 
 @pytest.mark.parametrize("world", ["room", "maze"])
 def test_a_world_brings_its_map_and_its_start(tmp_path, world):
-    file = ROOT / "config" / "worlds" / f"{world}.yaml"
+    file = places.config(f"worlds/{world}.yaml").resolve()
     write_map(read_world(file), tmp_path / world)
-    maps = ROOT / "config" / "maps"
+    maps = places.config("maps")
     for name in (f"{world}.yaml", f"{world}.pgm"):
         assert (maps / name).read_bytes() == (tmp_path / name).read_bytes(), \
             f"made anew by: rosrun robotont_simulator make_map config/worlds/{world}.yaml config/maps/{world}"

@@ -25,6 +25,12 @@ CLEARANCE = 0.1
 STEPS = np.arange(0.0, 7.0, 0.01)  # [m] of each ray, through the whole room: with less, places in the open look alike
 
 
+def assert_near(found, pose, metres, angle):
+    x, y, yaw = between(pose, found)
+    assert math.hypot(x, y) < metres
+    assert abs(math.remainder(yaw, 2 * math.pi)) < angle
+
+
 def rays(ranges, sees=5.0, sensor=LEVEL):
     return rays_of(scan_of(ranges, sees), sensor)
 
@@ -91,9 +97,7 @@ def test_a_robot_in_a_room_with_a_wall_in_it_is_found_whatever_wrong_pose_is_bel
     seen = look(floor_map, pose)
     for believed in (None, compose(pose, (1.0, 0.5, 2.0))):
         first, *others = search(floor_map, seen, CLEARANCE, believed)
-        x, y, yaw = between(pose, first.pose)
-        assert math.hypot(x, y) < 0.1
-        assert abs(math.remainder(yaw, 2 * math.pi)) < 0.05
+        assert_near(first.pose, pose, 0.1, 0.05)
         assert first.share > 0.9
         assert all(first.share - other.share > 0.05 for other in others)
 
@@ -106,9 +110,7 @@ def test_a_right_pose_is_not_given_up_for_a_cupboard_that_has_moved():
     moved, *_ = search(floor_map, seen, CLEARANCE)
     assert math.dist(pose[:2], moved.pose[:2]) > 1.0
     first, *_ = search(floor_map, seen, CLEARANCE, believed=compose(pose, (0.1, 0.0, 0.1)))
-    x, y, yaw = between(pose, first.pose)
-    assert math.hypot(x, y) < 0.12
-    assert abs(math.remainder(yaw, 2 * math.pi)) < 0.06
+    assert_near(first.pose, pose, 0.12, 0.06)
 
 
 class Turning(TimedBus):
@@ -146,8 +148,7 @@ def test_relocalize_turns_the_robot_once_and_tells_amcl_where_it_is_unless_somet
     assert (status, words[:10]) == (Status.DONE, "found at (")
     assert robot.yaw == pytest.approx(1.0 + 2 * math.pi, abs=0.1)
     told, = robot.sent["initialpose"]
-    x, y, yaw = between(robot.pose, pose_of(told.pose.pose))
-    assert max(abs(x), abs(y), abs(math.remainder(yaw, 2 * math.pi))) < 0.1
+    assert_near(pose_of(told.pose.pose), robot.pose, 0.1, 0.1)
     robot.held = True
     status, words = robot.run()
     assert (status, words[:23]) == (Status.GAVE_UP, "the robot does not turn")

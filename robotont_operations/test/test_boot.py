@@ -20,9 +20,6 @@ from robotont_testing.stand_in_board import Board
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 WORKSPACE = places.program("robotont_bringup", "require").parents[3]  # with the source, development or install space
-BOOT = """[Unit]
-Wants=systemd-journald.service systemd-sysusers.service {units}
-"""
 MASTER, DRIVER, RECORDER = r"/rosmaster\0", r"/serial_com_node\0", r"/recorder_node\0"  # in their command lines
 CGROUPS = ("/sys/fs/cgroup/unified", "/sys/fs/cgroup")
 
@@ -79,7 +76,8 @@ def robot(tmp_path_factory):
     (tree / "etc/robotont/robot.conf").write_text(
         "ROBOTONT_PORT=/shared/board\nROBOTONT_ARGUMENTS=\n"
         "ROBOTONT_RECORDER_ARGUMENTS=folder:=/shared/black_box\n")
-    (tree / "etc/systemd/system/boot.target").write_text(BOOT.format(units=" ".join(UNITS)))
+    (tree / "etc/systemd/system/boot.target").write_text(
+        f"[Unit]\nWants=systemd-journald.service systemd-sysusers.service {' '.join(UNITS)}\n")
     machine = tmp_path / "machine"
     shared = machine / "shared"
     shared.mkdir(parents=True)

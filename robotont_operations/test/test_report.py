@@ -26,10 +26,10 @@ def _run(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(report, "COMMANDS", {})
     monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "logs"))
     monkeypatch.setenv("ROS_MASTER_URI", f"http://me:hunter22@127.0.0.1:{free_port()}")
+    output = tmp_path / "r.tar.gz"
+    monkeypatch.setattr(sys, "argv", ["report", "--output", str(output), "--black-box", str(tmp_path / "box")])
 
     def run():
-        output = tmp_path / "r.tar.gz"
-        monkeypatch.setattr(sys, "argv", ["report", "--output", str(output), "--black-box", str(tmp_path / "box")])
         assert report.main() == 0
         assert output.stat().st_mode & 0o777 == 0o600
         with tarfile.open(str(output)) as archive:
@@ -53,10 +53,9 @@ def test_what_fails_or_of_which_nothing_may_be_kept_is_in_the_notes_and_a_small_
     assert re.search(r"r\.tar\.gz: [1-9][0-9]* kB;", said)
 
 
-def test_a_full_disk_is_told(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(report, "COMMANDS", {})
+@pytest.mark.usefixtures("run")
+def test_a_full_disk_is_told(monkeypatch, capsys):
     monkeypatch.setattr(report.Report, "text", Mock(side_effect=OSError(28, "No space left on device")))
-    monkeypatch.setattr(sys, "argv", ["report", "--output", str(tmp_path / "r.tar.gz")])
     assert report.main() == 1
     assert "No space left on device: --output FILE.tar.gz, and TMPDIR, where" in capsys.readouterr().err
 

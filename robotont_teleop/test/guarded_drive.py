@@ -62,17 +62,14 @@ class GuardedDrive:
         self._run = LockstepRun(self.simulation)
         self._stream = CommandStream(self._run.kinematics, LIMITS, 0.5, PERIOD)
         self._heard, self._ticks, self._moved = deque(), 0, (0.0, 0.0, 0.0)
-
-    @property
-    def now(self):
-        """[s]"""
-        return 100.0 + self._ticks * PERIOD
+        self.now = 100.0  # [s]
 
     def drive(self, twist, seconds):
         """The hand asks for the twist; the fastest speed over ground [m/s] meanwhile."""
         fastest = 0.0
         for _ in range(round(seconds / PERIOD)):
             self._ticks += 1
+            self.now = 100.0 + self._ticks * PERIOD
             if self._ticks % SCAN_PERIODS == 0:
                 self._heard.append((self._ticks + SCAN_DELAY, self._look(self.now)))
             while self._heard and self._heard[0][0] <= self._ticks:

@@ -76,7 +76,6 @@ def test_zeros_of_an_idle_hand_hold_up_nobody(arbiter):
     arbiter.command("navigation", NAVIGATION, 0.0)
     assert arbiter.command("hand", STOP, 0.1) == []
     assert arbiter.command("navigation", NAVIGATION, 0.2) == [NAVIGATION]
-    assert arbiter.driver == "navigation"
 
 
 def test_silence_stops_the_robot_once(arbiter):

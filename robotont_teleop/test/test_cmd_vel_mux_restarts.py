@@ -37,9 +37,6 @@ def test_its_end_is_a_zero_and_an_emergency_stop_outlives_it():
         speeds = [itertools.repeat(0.1)]
         RepeatingThread(lambda: command.publish(twist(next(speeds[-1]))) or 0.02)
 
-        def moves():
-            wait_for(lambda: packets and packets[-1], "motion")
-
         def moves_nothing(seconds):
             seen = len(commands)
             time.sleep(seconds)
@@ -47,7 +44,7 @@ def test_its_end_is_a_zero_and_an_emergency_stop_outlives_it():
             assert not packets[-1]
         program = places.program("robotont_teleop", "cmd_vel_mux")
         mux = master.start(program)
-        moves()
+        wait_for(lambda: packets and packets[-1], "motion")
         master.stop(mux, signal.SIGTERM)  # amid commands
         wait_for(lambda: commands[-1] == 0.0, "the zero")
         button.publish(True)
@@ -62,4 +59,4 @@ def test_its_end_is_a_zero_and_an_emergency_stop_outlives_it():
         wait_for(lambda: drivers, "the mux after that")
         moves_nothing(1.0)  # the hand has not let go yet
         speeds.append(itertools.cycle(5 * (0.0,) + 5 * (0.1,)))  # lets go, and drives
-        moves()
+        wait_for(lambda: packets[-1], "motion again")

@@ -6,13 +6,12 @@ from robotont_teleop.hand.speeds import STOP, Speeds
 from robotont_teleop.web.driving_seat import DrivingSeat
 from robotont_teleop.web.page_messages import MessageError, read_message
 
-LARGEST = Speeds(0.5, 2.0)
 FORWARD = (0.3, 0.0, 0.0)
 
 
 @pytest.fixture
 def seat():
-    return DrivingSeat(LARGEST, oldest=0.2, dead_man=0.3)
+    return DrivingSeat(Speeds(0.5, 2.0), oldest=0.2, dead_man=0.3)
 
 
 def test_a_late_command_is_dropped_whatever_it_is(seat):

@@ -9,7 +9,6 @@ from page_client import LIGHTS, open_page, png, report
 from robotont_testing.browser import DESKTOP, PHONE
 from robotont_testing.harness import tool_module
 
-LANGUAGES = ("en", "de", "et")
 FAULTS = """((selector) => {  // of the elements that are shown: too wide texts, what is off the screen, what overlaps
   const shown = [...document.querySelectorAll(selector)].filter((one) => one.getClientRects()[0]?.width > 0 &&
     getComputedStyle(one).visibility === "visible");
@@ -69,7 +68,7 @@ def check_screens(page, *wanted, dark=False):
         page.look(size, dark)
         page.wait(f"innerWidth === {size[0]}", "the screen")
         controls = *ALWAYS, *wanted, *(("#reset_odometry", "#language") if size == DESKTOP else ())
-        for language in LANGUAGES:
+        for language in ("en", "de", "et"):
             page.run(f"while (document.documentElement.lang !== '{language}') $('language').click()")
             shown, faults = page.run(f"{FAULTS}({', '.join((*controls, *BESIDE))!r})")
             assert faults == [], (size, language, str(faults))

@@ -15,7 +15,7 @@ RADIUS = 35000  # [um] of a wheel
 DISTANCE = 125000  # [um] of the wheels from the middle
 MASS = 3576  # [g] with wheels
 INERTIA = 429000  # [g cm^2] about the vertical through the middle
-EVEN = 1  # whether they follow each other at even angles, the way round that they turn the robot: so bends are known
+EVEN = 1  # whether the wheels follow each other at even angles, the way round that they turn the robot
 
 # Its motors, at their own shafts and at 12 V.
 NO_LOAD_SPEED = 9817  # [0.1 rad/s] 500 rpm behind the gear

@@ -15,7 +15,5 @@ def on_pressed_by(message):
 
 
 rospy.Subscriber("emergency_stop/pressed_by", String, on_pressed_by)
-rate = rospy.Rate(10)
-while not rospy.is_shutdown():
-    commands.publish(Twist(linear=Vector3(x=0.0 if pressed[-1] else 0.2)))
-    rate.sleep()
+rospy.Timer(rospy.Duration(0.1), lambda _: commands.publish(Twist(linear=Vector3(x=0.0 if pressed[-1] else 0.2))))
+rospy.spin()

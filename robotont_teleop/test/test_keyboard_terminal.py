@@ -1,5 +1,6 @@
 """keyboard_teleop in terminals of its own: what terminals do, and every way to end it."""
 
+import contextlib
 import os
 import signal
 import time
@@ -25,30 +26,26 @@ ENDS = (("Ctrl-C", lambda terminal: terminal.type("\x03")),
 
 @in_own_process
 def test_space_stops_whatever_terminals_do_and_each_end_stops_the_robot():
-    terminals = []
-    try:
-        with Master() as master:
-            rospy.init_node("hand", disable_signals=True)
-            master.load(WHEEL_PARAMS)
-            master.node("driver_node")
-            master.start(places.program("robotont_teleop", "cmd_vel_mux"))
-            heard = {topic: [] for topic in ("cmd_vel", "cmd_vel/hand", "emergency_stop/pressed_by")}
-            for topic, messages in heard.items():
-                subscriber = rospy.Subscriber(topic, String if "stop" in topic else Twist, messages.append)
-            wait_for(subscriber.get_num_connections, "driver_node", 60.0)
-            terminals += [Terminal(f"_first_hold:={HOLD}") for _ in ENDS]  # they start side by side
-            for terminal in terminals:
-                terminal.type("w")
-            for terminal in terminals:
-                wait_for(lambda terminal=terminal: "drives: " in terminal.line, "its line", 60.0)
-            time.sleep(0.5)  # nothing happens
-            assert not any(one.linear.x for one in heard["cmd_vel/hand"]), "a key that was typed while it started"
-            try_space(terminals[0], heard["emergency_stop/pressed_by"])
-            for terminal, (what, act) in zip(terminals, ENDS):
-                try_end(terminal, heard["cmd_vel"], heard["cmd_vel/hand"], what, act)
-    finally:
+    with Master() as master, contextlib.ExitStack() as ends:
+        rospy.init_node("hand", disable_signals=True)
+        master.load(WHEEL_PARAMS)
+        master.node("driver_node")
+        master.start(places.program("robotont_teleop", "cmd_vel_mux"))
+        heard = {topic: [] for topic in ("cmd_vel", "cmd_vel/hand", "emergency_stop/pressed_by")}
+        for topic, messages in heard.items():
+            subscriber = rospy.Subscriber(topic, String if "stop" in topic else Twist, messages.append)
+        wait_for(subscriber.get_num_connections, "driver_node", 60.0)
+        terminals = [Terminal(f"_first_hold:={HOLD}") for _ in ENDS]  # they start side by side
         for terminal in terminals:
-            terminal.end()
+            ends.callback(terminal.end)
+            terminal.type("w")
+        for terminal in terminals:
+            wait_for(lambda terminal=terminal: "drives: " in terminal.line, "its line", 60.0)
+        time.sleep(0.5)  # nothing happens
+        assert not any(one.linear.x for one in heard["cmd_vel/hand"]), "a key that was typed while it started"
+        try_space(terminals[0], heard["emergency_stop/pressed_by"])
+        for terminal, (what, act) in zip(terminals, ENDS):
+            try_end(terminal, heard["cmd_vel"], heard["cmd_vel/hand"], what, act)
 
 
 def try_space(terminal, stops):

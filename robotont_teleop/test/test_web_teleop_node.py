@@ -62,9 +62,8 @@ def test_its_end_amid_a_rush_of_commands_is_a_zero():
 def test_by_the_token_over_https_and_no_token_in_any_log():
     with Master() as master:
         port, certificate, logs = free_port(), master.folder / "page.pem", master.folder / "log"
-        certificate.write_bytes(subprocess.run(
-            ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=robot", "-keyout", "-"],
-            check=True, stdin=subprocess.DEVNULL, capture_output=True).stdout)
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=robot", "-keyout",
+                        certificate, "-out", certificate], check=True, stdin=subprocess.DEVNULL, capture_output=True)
         logs.mkdir()
         _, log = start(master, port, "_address:=0.0.0.0", f"_certificate:={certificate}", ROS_HOME=str(master.folder),
                        ROS_LOG_DIR=str(logs))

@@ -21,9 +21,8 @@ ACCESS = Access(TOKEN, file="/home/robot/token")
 @pytest.mark.parametrize("encryption, words", [(["-nodes"], ""), (["-passout", "pass:secret"], "key is encrypted")])
 def test_a_certificate_is_taken_but_none_whose_key_is_asked_for_on_the_terminal(tmp_path, encryption, words):
     file = tmp_path / "page.pem"
-    with file.open("wb") as output:
-        subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", *encryption, "-subj", "/CN=robot",
-                        "-keyout", "-"], check=True, stdin=subprocess.DEVNULL, stdout=output)
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", *encryption, "-subj", "/CN=robot",
+                    "-keyout", file, "-out", file], check=True, stdin=subprocess.DEVNULL, capture_output=True)
     with pytest.raises(SetUpError, match=words) if words else contextlib.nullcontext():
         assert make_tls(str(file)).minimum_version >= ssl.TLSVersion.TLSv1_2
     with pytest.raises(SetUpError, match="No such file"):

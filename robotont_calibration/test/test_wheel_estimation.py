@@ -98,8 +98,7 @@ def test_a_turn_on_the_spot_determines_no_radius_and_its_whole_turns_need_not_be
 def test_nothing_to_calibrate_with():
     with pytest.raises(ValueError, match="found no run"):
         calibrated([])
-    times = np.arange(10) * PERIOD
-    truth = Trajectory(times, np.zeros((10, 3)))
-    for still_or_later in ((times, np.zeros((10, 3))), (times + 50, np.ones((10, 3)))):
-        with pytest.raises(ValueError, match="found no packets with motion"):
-            tracked_run("any", *still_or_later, truth)
+    times, ones = np.arange(100) * PERIOD, np.ones((100, 3))
+    for still_or_later_or_short in ((times, 0 * ones), (times + 50, ones), (times[:40], ones[:40])):
+        with pytest.raises(ValueError, match="found no 1 s of packets with motion"):
+            tracked_run("any", *still_or_later_or_short, Trajectory(times, 0 * ones))

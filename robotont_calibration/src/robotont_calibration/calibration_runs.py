@@ -53,18 +53,18 @@ def tracked_run(name, times, counts, truth):
     """
     tracked = np.flatnonzero((times >= truth.times[0]) & (times <= truth.times[-1]))
     stretches = np.array(())
-    if len(tracked) > 1:
+    if len(tracked) and np.ptp(times[tracked]) >= STRETCH:
         gaps = np.diff(times[tracked])
         widest = gaps.argmax()
         if gaps[widest] > LONGEST_GAP:
             raise ValueError(f"found a gap of {gaps[widest]:.6g} s behind the packet at {times[tracked[widest]]:.6f}, "
                              f"allowed: up to {LONGEST_GAP:g} s: make two recordings of it, or repeat the run")
-        amount = max(1, round((times[tracked[-1]] - times[tracked[0]]) / STRETCH))
+        amount = round((times[tracked[-1]] - times[tracked[0]]) / STRETCH)
         marks = np.unique(np.linspace(tracked[0], tracked[-1], amount + 1).round().astype(int))
         counts = np.asarray(counts)
         stretches = np.flatnonzero([counts[begin + 1:end + 1].any() for begin, end in zip(marks, marks[1:])])
     if not stretches.size:
-        raise ValueError("found no packets with motion while the true pose is known")
+        raise ValueError(f"found no {STRETCH:g} s of packets with motion while the true pose is known")
     first = marks[0] + 1
     return Run(name, counts[first:marks[-1] + 1], marks + 1 - first, truth.at(times[marks]), TRACKED, stretches)
 

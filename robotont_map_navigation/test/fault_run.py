@@ -2,8 +2,8 @@
 """Drives the simulated robot with the real navigation stack, and lets one fault after the other happen on the way.
 
 fault_run.py [--world NAME] [--only WORDS]... prints JSON, all of it on the last line: for each fault the seconds until
-the robot stood (None: it did not), the way [m] that it went from the fault's end on, the status and last line of goto,
-those of a second one, and how far off the localization is at the end.
+the robot stood and, after the fault's end, until it drove again by itself (None: it did not), the way [m] that it went
+meanwhile, the status and last line of goto, those of a second one, and how far off the localization is at the end.
 Needs move_base.
 """
 
@@ -21,7 +21,7 @@ from typing import Any, Callable, NamedTuple
 import numpy as np
 import rospy
 from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped, Twist, Vector3
-from navigation_run import Run, standing, way
+from navigation_run import Run, speed, standing, way
 from std_msgs.msg import Bool, Header
 from std_srvs.srv import Empty, SetBool, Trigger
 
@@ -35,6 +35,7 @@ ROUTE = {"room": ((1.2, 1.0, 1.57), (1.2, 5.0, 1.57)), "maze": ((0.5, 0.5, 1.57)
 UNDER_WAY = 0.8      # [m] from the start, where the fault begins
 PATIENCE = 100       # [s] in which goto has to end by itself
 BY_ITSELF = 2.0      # [s] after a fault, for which goto is listened to before anybody mends anything
+MOVES = 0.1          # [m/s] from here on it drives
 
 
 class Fault(NamedTuple):
@@ -116,9 +117,12 @@ class Rig(Run):
         except subprocess.TimeoutExpired:
             goto.send_signal(signal.SIGINT)
             words, goto.returncode = "waits for ever: " + self.end(goto), -1
+        over = round(time.monotonic() - begun, 1)
         wait_for(lambda: time.monotonic() - ended > BY_ITSELF, "what happens by itself")
-        row = {"fault": fault.name, "stood_s": stood, "way_after_m": round(way(self.truth[number:]), 3),
-               "status": goto.returncode, "words": words}
+        after = self.truth[number:]
+        drives = next((index / 50 for index, message in enumerate(after) if speed(message) > MOVES), None)
+        row = {"fault": fault.name, "stood_s": stood, "drove_again_s": drives, "way_after_m": round(way(after), 3),
+               "goto_ended_s": over, "status": goto.returncode, "words": words}
         if goto.returncode:
             if "relocalize" in words:
                 self.end(self.tool("relocalize"))

@@ -196,7 +196,7 @@ class SimulatorNode:
         if self._died:
             return ERROR, f"the simulation has ended by an error, start it again: {self._died}", values
         if new:
-            return WARN, f"{new} stalls after which time was skipped: this machine is too slow, or busy", values
+            return WARN, f"time was skipped {new} times: this machine is too slow, or busy", values
         return OK, "in real time", values
 
     def _stop(self):

@@ -221,7 +221,8 @@ class CmdVelMux:
                        f"{rospy.get_name()}/give_back",
         )
         words = next(filter(None, warnings), "")
-        return (WARN, words, values) if words else (OK, f"drives: {driver}", values)
+        also = f"; on cmd_vel: {', '.join(self._others)}" if self._others else ""
+        return (WARN, words, values) if words else (OK, f"drives: {driver}{also}", values)
 
     def _report_guard(self):
         if not self._guard:

@@ -145,8 +145,8 @@ class OdomNode:
         if not rospy.get_time():
             return WARN, "use_sim_time is set, and nobody publishes /clock: all stamps are 0", values
         if abs(clock.drift) >= LARGEST_DRIFT:
-            return WARN, (f"periods are {100 * clock.drift:+.0f} % longer than pidControlFrequency or more: stamps "
-                          "may be a period off"), values
+            return WARN, (f"periods are {100 * clock.drift:+.0f} % off those of pidControlFrequency, or more: "
+                          "stamps may be a period off"), values
         if recently:
             return WARN, clock.event + "; odometry, transforms and joint states go on with its new time", values
         return OK, "by the count of packets and arrival" if self._odometry.period else "by arrival", values

@@ -99,7 +99,8 @@ function takeStatus(newest) {
   status = newest;
   $("cancel").hidden = !status?.goal;
   $("swap").hidden = $("camera").hidden = !status?.camera;
-  showLights(status?.lights ?? [], text(status ? "no_reports" : "lost"));
+  const waits = app.dataset.state === "open" && !status; // for the first one
+  showLights(status?.lights ?? [], waits ? "" : text(status ? "no_reports" : "lost"));
   showFacts(status ?? {});
   show();
 }

@@ -31,8 +31,8 @@ export class View extends Floor {
     }
     this.part("ground").toggleAttribute("hidden", !this.map);
     this.mark("goal", goal && [goal.x, goal.y]);
-    this.part("scan").setAttribute("d", this.pose ? scan.map(([x, y]) => `M${x} ${y}h0`).join("") : "");
-    this.part("scan").setAttribute("transform", at(this.pose ?? [0, 0]));
+    set(this.part("scan"), "d", this.pose ? scan.map(([x, y]) => `M${x} ${y}h0`).join("") : "");
+    set(this.part("scan"), "transform", at(this.pose ?? [0, 0]));
     this.draw();
   }
 

@@ -9,7 +9,6 @@ import rospkg
 import tornado.web
 
 from robotont_teleop.web.access import host_allowed, origin_allowed
-from robotont_teleop.web.metrics import KIND
 
 COOKIE_DAYS = 90
 PAGE, LOGIN_PAGE = "index.html", "login.html"
@@ -113,6 +112,7 @@ class MetricsHandler(Guarded, tornado.web.RequestHandler):
 
     def get(self):
         """Called by tornado."""
+        from robotont_teleop.web.metrics import KIND  # as in WebServer.metrics
         self.set_header("Content-Type", KIND)
         self.finish(self.server.metrics())
 

@@ -10,7 +10,6 @@ import itertools
 import json
 import time
 
-from robotont_teleop.web.metrics import metrics
 from robotont_teleop.web.page_messages import read_message
 from robotont_teleop.web.page_server import PageServer
 from robotont_teleop.web.page_socket import GOING_AWAY, PageSocket
@@ -123,6 +122,7 @@ class WebServer(PageServer):
 
     def metrics(self):
         """Text for Prometheus."""
+        from robotont_teleop.web.metrics import metrics  # here: a megabyte, for who asks
         return metrics(*self.robot.figures())
 
     @property

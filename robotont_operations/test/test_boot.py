@@ -112,6 +112,7 @@ def come(robot, condition, what):
         raise AssertionError(f"{error}\n{robot.journal()}") from None
 
 
+@pytest.mark.skipif(not rosbag.bag.found_lz4, reason="no roslz4, which is compiled, for this Python")
 @pytest.mark.parametrize("victim, number", [(MASTER, signal.SIGTERM), (r"roslaunch\0.*robot\.launch", signal.SIGKILL)])
 def test_a_service_that_is_killed_comes_back_with_those_that_need_it(robot, victim, number):
     """Odometry, and a black box that records it, as the master of now knows them."""

@@ -125,6 +125,13 @@ def test_a_pose_that_jumps_is_put_back_where_the_odometry_has_it_once(monitor):
     assert len(monitor.sent["initialpose"]) == 2
 
 
+def test_a_reset_of_the_odometry_puts_no_pose_elsewhere(monitor):
+    monitor.look()
+    monitor.stand(*RIGHT, odometry=RIGHT[0] - 2.0)
+    says(monitor.look(), (ERROR, "the localization has moved the pose by 1.5 m"))
+    assert monitor.sent["initialpose"] == []
+
+
 def test_who_comes_late_hears_the_maps_and_what_is_wrong(monitor):
     assert monitor.latched == {"map_for_amcl", "map_for_planning", "navigation/held", "localization/trouble"}
 

@@ -119,16 +119,18 @@ class LocalizationCheck:
         self._way += step
         self._kept = self._kept or odometry_before
         if abs(self._moved) > MOVED:
-            self._go_back(floor_map.frame, between(odometry, robot))
+            place = between(odometry, robot)
+            self._go_back(floor_map.frame, place, math.dist(place[:2], between(odometry_before, before)[:2]))
         elif self._way > MOVED_WAY:
             self._moved, self._way, self._kept = 0j, 0.0, odometry
 
-    def _go_back(self, frame, place):
-        """Once: the localization has jumped, and a changed room may fit elsewhere; the odometry cannot jump."""
+    def _go_back(self, frame, place, driven):
+        """Once: a changed room may fit elsewhere. The odometry knows better, unless it has jumped itself: a reset."""
         if time.monotonic() > self._put_back + GOES_WELL:
-            rospy.loginfo("the localization has jumped by %.1f m, and is put back", abs(self._moved))
             self._put_back = time.monotonic()
-            self._pose.publish(told_pose(frame, compose(self._kept, place)))
+            if driven < MOVED:
+                rospy.loginfo("the localization has jumped by %.1f m, and is put back", abs(self._moved))
+                self._pose.publish(told_pose(frame, compose(self._kept, place)))
 
     def _misfit(self, mean):
         """Why a mean `Fit` proves a wrong pose; empty when it does not. A move is not made good by a view that fits."""

@@ -65,6 +65,7 @@ class LocalizationCheck:
         self._misfit_way = 0.0   # [m] driven with scans that did not fit, less that with those that did
         self._moved, self._way = 0j, 0.0  # [m] x + iy: the localization has moved the robot's place, in so much driving
         self._kept = None        # (x, y, yaw) of the odometry's frame before that
+        self._place = None       # (x, y, yaw) of the robot in it, at the newest look
 
     def _on_command(self, message):
         if self._wrong and message != Twist():
@@ -103,6 +104,7 @@ class LocalizationCheck:
         if not (sensor and robot and odometry):
             return
         self._laid = time.monotonic()
+        self._place, place_before = between(odometry, robot), self._place or between(odometry, robot)
         refusal = floor_map.refusal(robot[:2])
         self._outside = refusal and f"the pose {refusal}"
         found = fit_nearby(floor_map, (*place_of(sensor)[:2], 0.0), rays_of(scan, sensor), FIT_TOLERANCE)
@@ -112,25 +114,27 @@ class LocalizationCheck:
         self._fits.append(found)
         before, odometry_before = self._poses or (robot, odometry)
         self._poses = robot, odometry
-        step = math.dist(before[:2], robot[:2])
+        step, fitted = math.dist(before[:2], robot[:2]), self._misfit_way == 0.0
         self._misfit_way = max(0.0, self._misfit_way + (step if found.worth < MISFIT else -step))
-        expected = compose(odometry_before, between(odometry, robot))
+        expected = compose(odometry_before, self._place)
         self._moved += complex(robot[0] - expected[0], robot[1] - expected[1])
         self._way += step
         self._kept = self._kept or odometry_before
         if abs(self._moved) > MOVED:
-            place = between(odometry, robot)
-            self._go_back(floor_map.frame, place, math.dist(place[:2], between(odometry_before, before)[:2]))
+            self._go_back(floor_map.frame, fitted and math.dist(self._place[:2], place_before[:2]) < MOVED)
         elif self._way > MOVED_WAY:
             self._moved, self._way, self._kept = 0j, 0.0, odometry
 
-    def _go_back(self, frame, place, driven):
-        """Once: a changed room may fit elsewhere. The odometry knows better, unless it has jumped itself: a reset."""
+    def _go_back(self, frame, may):
+        """Once: a changed room may fit elsewhere, and the odometry knows better.
+
+        may: unless nothing has fitted before, or the odometry has jumped itself: a reset.
+        """
         if time.monotonic() > self._put_back + GOES_WELL:
             self._put_back = time.monotonic()
-            if driven < MOVED:
+            if may:
                 rospy.loginfo("the localization has jumped by %.1f m, and is put back", abs(self._moved))
-                self._pose.publish(told_pose(frame, compose(self._kept, place)))
+                self._pose.publish(told_pose(frame, compose(self._kept, self._place)))
 
     def _misfit(self, mean):
         """Why a mean `Fit` proves a wrong pose; empty when it does not. A move is not made good by a view that fits."""

@@ -229,7 +229,7 @@ forget_another_place() {
 prepare() {
     make_work_folder
     exec 9>"$WORK/lock"
-    flock -n 9 || { echo "another ./robotont sets up this folder: waiting for it" >&2; flock 9; }
+    flock -w 8 9 || { echo "another ./robotont sets up this folder: waiting for it" >&2; flock 9; }
     forget_another_place
     setup "$@"
     build

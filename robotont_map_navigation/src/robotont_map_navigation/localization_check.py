@@ -114,21 +114,21 @@ class LocalizationCheck:
         self._fits.append(found)
         before, odometry_before = self._poses or (robot, odometry)
         self._poses = robot, odometry
-        step, fitted = math.dist(before[:2], robot[:2]), self._misfit_way == 0.0
+        step = math.dist(before[:2], robot[:2])
         self._misfit_way = max(0.0, self._misfit_way + (step if found.worth < MISFIT else -step))
         expected = compose(odometry_before, self._place)
         self._moved += complex(robot[0] - expected[0], robot[1] - expected[1])
         self._way += step
         self._kept = self._kept or odometry_before
         if abs(self._moved) > MOVED:
-            self._go_back(floor_map.frame, fitted and math.dist(self._place[:2], place_before[:2]) < MOVED)
+            self._go_back(floor_map.frame, math.dist(self._place[:2], place_before[:2]) < MOVED)
         elif self._way > MOVED_WAY:
             self._moved, self._way, self._kept = 0j, 0.0, odometry
 
     def _go_back(self, frame, may):
         """Once: a changed room may fit elsewhere, and the odometry knows better.
 
-        may: unless nothing has fitted before, or the odometry has jumped itself: a reset.
+        may: unless the odometry has jumped itself: a reset.
         """
         if time.monotonic() > self._put_back + GOES_WELL:
             self._put_back = time.monotonic()

@@ -11,6 +11,7 @@ from nav_msgs.msg import MapMetaData, OccupancyGrid
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
+from robotont_driver.kinematics.se2 import between
 from robotont_map_navigation import held, localization_check, map_clearing, navigation_monitor
 from robotont_map_navigation.readings import COSTMAP, message_of, place_of
 from robotont_testing.bus import Bus, transform
@@ -106,7 +107,8 @@ class Monitor(TimedBus):
         return self.places.get(child)
 
     def robot_in(self, frame):
-        return place_of(self.look_up(frame, self.base))
+        here, odometry = (place_of(self.look_up(frame, child)) for child in (self.base, self.odometry))
+        return between(odometry, here) if frame == self.odometry and here else here
 
     def stand(self, x, y, yaw, odometry=0.0):
         """Where the localization has the robot, whose sensor is in its middle, and x [m] where its odometry begins."""

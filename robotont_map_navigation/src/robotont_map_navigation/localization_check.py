@@ -11,7 +11,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
-from robotont_driver.kinematics.se2 import between, compose
+from robotont_driver.kinematics.se2 import compose
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
 from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_map_navigation.readings import Newest, place_of, rays_of, told_pose
@@ -100,11 +100,12 @@ class LocalizationCheck:
     def _compare(self, scan, floor_map):
         sensor = self._frames.look_up(floor_map.frame, scan.header.frame_id, scan.header.stamp, LOOK_PERIOD)
         odometry = place_of(self._frames.look_up(floor_map.frame, self._frames.odometry))
-        robot = self._frames.robot_in(floor_map.frame)
-        if not (sensor and robot and odometry):
+        # asked for itself: the map's frame moves meanwhile, and tf puts its steps between two of amcl's words
+        robot, place = (self._frames.robot_in(frame) for frame in (floor_map.frame, self._frames.odometry))
+        if not (sensor and robot and odometry and place):
             return
         self._laid = time.monotonic()
-        self._place, place_before = between(odometry, robot), self._place or between(odometry, robot)
+        self._place, place_before = place, self._place or place
         refusal = floor_map.refusal(robot[:2])
         self._outside = refusal and f"the pose {refusal}"
         found = fit_nearby(floor_map, (*place_of(sensor)[:2], 0.0), rays_of(scan, sensor), FIT_TOLERANCE)

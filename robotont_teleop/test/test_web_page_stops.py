@@ -27,20 +27,20 @@ def logged(timely):
     return timely
 
 
-def drive_on(page, server, right=0.3, up=0.9, turn=0.6):
-    """Both thumbs on the sticks until it drives; taken anew when the page wants it or has let go.
+def drive_on(page, server, right=0.3, up=0.9, turn=0.6, moves=drives):
+    """Both thumbs on the sticks until it `moves(server)`; taken anew when the page wants it or has let go of one.
 
-    A page lets go when it loses the focus, as a new tab may while an old one still closes.
+    A page lets go when it loses the focus, as a new tab may while an old one still closes, and when it stalls.
     """
-    def moves():
-        held = page.run("document.querySelector('.held') !== null")
-        if page.touched and (not held or "Let go of" in page.text("#can")):
+    def moves_now():
+        held = page.run("document.querySelectorAll('.held').length")
+        if page.touched and (held < 2 or "Let go of" in page.text("#can")):
             page.lift()
         if not page.touched:
             page.push(1, "#move", right, up)
             page.push(2, "#turn", turn)
-        return drives(server)
-    wait_for(moves, "motion", period=0.05)
+        return moves(server)
+    wait_for(moves_now, "motion", period=0.05)
 
 
 def stops_after(server, act, what):
@@ -55,9 +55,10 @@ def stops_after(server, act, what):
 
 
 def test_both_sticks_at_once_drive_and_letting_go_stops(browser, logged):
+    def both(server):
+        return drives(server) and all(side * part > 0.1 for side, part in zip((1, -1, 1), server.robot.sent[-1]))
     page = open_page(browser, logged, size=PHONE)
-    drive_on(page, logged, 0.6, 0.6, -0.7)
-    wait_for(lambda: all(side * part > 0.1 for side, part in zip((1, -1, 1), logged.robot.sent[-1])), "both")
+    drive_on(page, logged, 0.6, 0.6, -0.7, both)
     stops_after(logged, page.lift, "letting go")
     assert page.complaints() == []
     page.close()

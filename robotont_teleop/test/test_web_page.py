@@ -10,14 +10,14 @@ from robotont_testing.harness import wait_for
 from robotont_testing.stalling_proxy import StallingProxy
 
 
-def drive_by_key(page, server):
+def drive_by_key(page, server, key="KeyW", moves=drives):
     """As a person does it: whoever sees that a stall has taken the key lets go of it and presses it again."""
     def press():
-        page.key("KeyW", down=False)
-        page.key("KeyW", down=True)
+        page.key(key, down=False)
+        page.key(key, down=True)
         with contextlib.suppress(AssertionError):
-            return wait_for(lambda: drives(server), "motion", 1.0)
-    wait_for(press, "motion")
+            return wait_for(lambda: moves(server), key, 1.0)
+    wait_for(press, key)
 
 
 SWALLOWERS = {  # what a browser tells of it: here the system's own shortcuts would swallow them
@@ -72,8 +72,8 @@ def test_whatever_button_has_the_focus_keys_drive_and_choose_the_speed_and_space
     for key, axis, chip, size in (
             ("KeyW", 0, 1, 0.15), ("ArrowUp", 0, 3, 0.5), ("KeyA", 1, 2, 0.3), ("KeyQ", 2, 3, 2.0)):
         page.key(f"Digit{chip}", down=True)
-        page.key(key, down=True)
-        wait_for(lambda axis=axis, size=size: drives(served) and abs(served.robot.sent[-1][axis] - size) < 1e-6, key)
+        drive_by_key(page, served, key, lambda server, axis=axis, size=size:
+                     drives(server) and abs(server.robot.sent[-1][axis] - size) < 1e-6)
         assert page.run(f"$('chips').children[{chip - 1}].ariaPressed") == "true"
         page.key(key, down=False)
         wait_for(lambda: not drives(served), "the stop")

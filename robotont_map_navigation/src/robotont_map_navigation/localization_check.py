@@ -61,7 +61,7 @@ class LocalizationCheck:
         """What the scans have shown does not count any more."""
         self._outside = ""       # why amcl's pose is none where a robot can be
         self._fits = deque(maxlen=LOOKS)
-        self._odometry = None    # (x, y, yaw) on the map of the odometry's frame, at the newest scan
+        self._odometry = None    # (x, y, yaw) on the map of the odometry's frame, at the newest look
         self._misfit_way = 0.0   # [m] driven with scans that did not fit, less that with those that did
         self._moved, self._way = 0j, 0.0  # [m] x + iy: the localization has moved the robot's place, in so much driving
         self._kept = None        # (x, y, yaw) of the odometry's frame before that
@@ -108,22 +108,22 @@ class LocalizationCheck:
         self._place, place_before = place, self._place or place
         refusal = floor_map.refusal(robot[:2])
         self._outside = refusal and f"the pose {refusal}"
+        # also before anything is seen: the first view may move the pose
+        step = math.dist(place_before[:2], place[:2])  # by the odometry: a jump of the localization is no driving
+        expected = compose(self._odometry or odometry, place)
+        self._odometry, self._kept = odometry, self._kept or odometry
+        self._moved += complex(robot[0] - expected[0], robot[1] - expected[1])
+        self._way += step
+        if abs(self._moved) > MOVED:
+            self._go_back(floor_map.frame, step < MOVED)
+        elif self._way > MOVED_WAY:
+            self._moved, self._way, self._kept = 0j, 0.0, odometry
         found = fit_nearby(floor_map, (*place_of(sensor)[:2], 0.0), rays_of(scan, sensor), FIT_TOLERANCE)
         if found is None:
             self._fits.clear()
             return
         self._fits.append(found)
-        self._odometry, odometry_before = odometry, self._odometry or odometry
-        step = math.dist(place_before[:2], place[:2])  # by the odometry: a jump of the localization is no driving
         self._misfit_way = max(0.0, self._misfit_way + (step if found.worth < MISFIT else -step))
-        expected = compose(odometry_before, self._place)
-        self._moved += complex(robot[0] - expected[0], robot[1] - expected[1])
-        self._way += step
-        self._kept = self._kept or odometry_before
-        if abs(self._moved) > MOVED:
-            self._go_back(floor_map.frame, step < MOVED)
-        elif self._way > MOVED_WAY:
-            self._moved, self._way, self._kept = 0j, 0.0, odometry
 
     def _go_back(self, frame, may):
         """Once: a changed room may fit elsewhere, and the odometry knows better.

@@ -128,9 +128,11 @@ def test_a_pose_that_jumps_is_put_back_where_the_odometry_has_it_once(monitor):
 
 def test_a_reset_of_the_odometry_puts_no_pose_elsewhere(monitor):
     monitor.look()
+    monitor.stand(2.0, 0.0, 0.3)  # the odometry's new place, laid where its frame was
+    monitor.look(seconds=LOOK_PERIOD)  # the localization hears of it a look later
     monitor.stand(*RIGHT, odometry=RIGHT[0] - 2.0)
     says(monitor.look(), (ERROR, "the localization has moved the pose by 1.5 m"))
-    assert monitor.sent["initialpose"] == []
+    assert not monitor.sent["initialpose"]
 
 
 def test_who_comes_late_hears_the_maps_and_what_is_wrong(monitor):

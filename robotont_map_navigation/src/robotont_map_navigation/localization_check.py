@@ -66,6 +66,7 @@ class LocalizationCheck:
         self._moved, self._way = 0j, 0.0  # [m] x + iy: the localization has moved the robot's place, in so much driving
         self._kept = None        # (x, y, yaw) of the odometry's frame before that
         self._place = None       # (x, y, yaw) of the robot in it, at the newest look
+        self._steps = deque(maxlen=2)  # [m] of the robot in it
 
     def _on_command(self, message):
         if self._wrong and message != Twist():
@@ -100,22 +101,23 @@ class LocalizationCheck:
     def _compare(self, scan, floor_map):
         sensor = self._frames.look_up(floor_map.frame, scan.header.frame_id, scan.header.stamp, LOOK_PERIOD)
         odometry = place_of(self._frames.look_up(floor_map.frame, self._frames.odometry))
-        # asked for itself: the map's frame moves meanwhile, and tf puts its steps between two of amcl's words
-        robot, place = (self._frames.robot_in(frame) for frame in (floor_map.frame, self._frames.odometry))
-        if not (sensor and robot and odometry and place):
+        place = self._frames.robot_in(self._frames.odometry)
+        if not (sensor and odometry and place):
             return
+        robot = compose(odometry, place)  # tf would have it between two of amcl's words, and a jump in two parts
         self._laid = time.monotonic()
         self._place, place_before = place, self._place or place
         refusal = floor_map.refusal(robot[:2])
         self._outside = refusal and f"the pose {refusal}"
         # also before anything is seen: the first view may move the pose
         step = math.dist(place_before[:2], place[:2])  # by the odometry: a jump of the localization is no driving
+        self._steps.append(step)
         expected = compose(self._odometry or odometry, place)
         self._odometry, self._kept = odometry, self._kept or odometry
         self._moved += complex(robot[0] - expected[0], robot[1] - expected[1])
         self._way += step
         if abs(self._moved) > MOVED:
-            self._go_back(floor_map.frame, step < MOVED)
+            self._go_back(floor_map.frame, sum(self._steps) < MOVED)
         elif self._way > MOVED_WAY:
             self._moved, self._way, self._kept = 0j, 0.0, odometry
         found = fit_nearby(floor_map, (*place_of(sensor)[:2], 0.0), rays_of(scan, sensor), FIT_TOLERANCE)
@@ -128,7 +130,7 @@ class LocalizationCheck:
     def _go_back(self, frame, may):
         """Once: a changed room may fit elsewhere, and the odometry knows better.
 
-        may: unless the odometry has jumped itself: a reset.
+        may: unless the odometry has jumped itself: a reset, of which the localization may hear a look later.
         """
         if time.monotonic() > self._put_back + GOES_WELL:
             self._put_back = time.monotonic()

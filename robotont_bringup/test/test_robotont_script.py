@@ -80,8 +80,8 @@ def test_update_takes_the_newest_version_goes_back_and_touches_nothing_of_the_us
     assert now() == ("v1.0.0", "kept")
     wrong = robotont(robot, "update", "v3")
     assert (wrong.returncode, wrong.stdout) == (
-        1, "robotont: no version v3; allowed: v1.10.0, v1.9.0, v1.0.0, a commit (git log --all --oneline)\n")
-    assert "nothing to do: this is v1.0.0" in robotont(robot, "update", "v1.0.0").stdout
+        1, "asking for versions\nrobotont: no version v3; allowed: v1.10.0, v1.9.0, v1.0.0, a commit (git log --all --oneline)\n")
+    assert "this is v1.0.0 already" in robotont(robot, "update", "v1.0.0").stdout
     (robot / "VERSION").write_text("changed")
     refused = robotont(robot, "update")
     assert refused.returncode == 1
@@ -111,6 +111,30 @@ def test_update_takes_the_newest_version_goes_back_and_touches_nothing_of_the_us
     assert now() == ("v1.10.0", "kept")
 
 
+def test_an_update_whose_build_has_failed_goes_on_and_the_restart_is_not_forgotten(tmp_path):
+    home, robot, broken = clone_that_needs_nothing(tmp_path / "home"), tmp_path / "robot", tmp_path / "broken.cmake"
+    git(home, "init")
+    for version in ("v1.0.0", "v2.0.0"):
+        with (home / "CMakeLists.txt").open("a") as lists:
+            lists.write(f"include(../broken.cmake OPTIONAL)\nfile(WRITE ${{CMAKE_BINARY_DIR}}/built {version})\n")
+        git(home, "add", "-A")
+        git(home, "commit", "-m", version)
+        git(home, "tag", version)
+    git(tmp_path, "clone", "-b", "v1.0.0", str(home), "robot")
+    assert robotont(robot, "build").returncode == 0
+    (robot / ".build" / "devel").mkdir()
+    broken.write_text("message(FATAL_ERROR broken)")
+    first = robotont(robot, "update")
+    assert (first.returncode, first.stdout.splitlines()[-1]) == (
+        1, "robotont: this version could not be built; back: ./robotont update v1.0.0")
+    assert (robot / ".build" / "restart").exists(), "docs/robots.md: the class's loop asks for it"
+    broken.unlink()
+    again = robotont(robot, "update")
+    assert again.returncode == 0, again.stdout
+    assert "then restart the robot" in again.stdout
+    assert (robot / ".build" / "build" / "built").read_text() == "v2.0.0"
+
+
 def test_update_without_tags_takes_the_newest_commit_and_says_so(tmp_path):
     home = clone(tmp_path / "home")
     git(home, "init")
@@ -123,7 +147,7 @@ def test_update_without_tags_takes_the_newest_commit_and_says_so(tmp_path):
     git(home, "commit", "--allow-empty", "-m", "newer")
     wrong = robotont(robot, "update", "v1.0.0")
     assert (wrong.returncode, wrong.stdout) == (
-        1, "robotont: no version v1.0.0; allowed: a commit (git log --all --oneline)\n")
+        1, "asking for versions\nrobotont: no version v1.0.0; allowed: a commit (git log --all --oneline)\n")
     said = robotont(robot, "update").stdout
     assert "no tags yet: taking the newest commit" in said
     assert f"back: ./robotont update {before}" in said

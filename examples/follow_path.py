@@ -2,6 +2,7 @@
 """Drives along a list of points without turning, as only an omnidirectional robot can."""
 
 import math
+import time
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -21,8 +22,14 @@ class Follower:
         self.start = None
         self.points = list(POINTS)
         self.publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
-        rospy.on_shutdown(lambda: self.publisher.publish(Twist()))  # also Ctrl-C stops the robot at once
+        rospy.on_shutdown(self.stop)
         rospy.Subscriber("odom", Odometry, self.on_odom, queue_size=1)
+
+    def stop(self):
+        """Zeros for a moment, also at Ctrl-C: a last one alone may be lost with the program."""
+        for _ in range(10):
+            self.publisher.publish(Twist())
+            time.sleep(0.02)
 
     def on_odom(self, message):
         """Aim at the next point."""

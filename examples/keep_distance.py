@@ -2,6 +2,7 @@
 """Keeps half a metre from whatever is ahead, by the laser scan: too far, it drives on; too near, it backs."""
 
 import math
+import time
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -14,7 +15,16 @@ AHEAD = 0.2     # [rad] to both sides
 
 rospy.init_node("keep_distance")
 publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
-rospy.on_shutdown(lambda: publisher.publish(Twist()))  # also Ctrl-C stops the robot at once
+
+
+def stop():
+    """Zeros for a moment, also at Ctrl-C: a last one alone may be lost with the program."""
+    for _ in range(10):
+        publisher.publish(Twist())
+        time.sleep(0.02)
+
+
+rospy.on_shutdown(stop)
 
 
 def on_scan(scan):

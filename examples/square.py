@@ -2,6 +2,7 @@
 """Drives a square of half a metre by time alone: four sides, four quarter turns. It never looks where the robot is."""
 
 import math
+import time
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -11,7 +12,16 @@ SIDE = 0.5              # [m]
 
 rospy.init_node("square")
 publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
-rospy.on_shutdown(lambda: publisher.publish(Twist()))  # also Ctrl-C stops the robot at once
+
+
+def stop():
+    """Zeros for a moment, also at Ctrl-C: a last one alone may be lost with the program."""
+    for _ in range(10):
+        publisher.publish(Twist())
+        time.sleep(0.02)
+
+
+rospy.on_shutdown(stop)
 
 
 def drive(forward, turn, seconds):

@@ -2,6 +2,7 @@
 """Drives a square of half a metre by odometry: each side and each turn ends when odom says so."""
 
 import math
+import time
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -18,8 +19,14 @@ class Square:
     def __init__(self):
         self.pose = None  # x [m], y [m], yaw [rad]
         self.publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
-        rospy.on_shutdown(lambda: self.publisher.publish(Twist()))  # also Ctrl-C stops the robot at once
+        rospy.on_shutdown(self.stop)
         rospy.Subscriber("odom", Odometry, self.on_odom, queue_size=1)
+
+    def stop(self):
+        """Zeros for a moment, also at Ctrl-C: a last one alone may be lost with the program."""
+        for _ in range(10):
+            self.publisher.publish(Twist())
+            time.sleep(0.02)
 
     def on_odom(self, message):
         """Called by rospy for each message."""

@@ -79,8 +79,8 @@ def test_update_takes_the_newest_version_goes_back_and_touches_nothing_of_the_us
     assert robotont(robot, "update", "v1.0.0").returncode == 0
     assert now() == ("v1.0.0", "kept")
     wrong = robotont(robot, "update", "v3")
-    assert (wrong.returncode, wrong.stdout) == (
-        1, "asking for versions\nrobotont: no version v3; allowed: v1.10.0, v1.9.0, v1.0.0, a commit (git log --all --oneline)\n")
+    assert (wrong.returncode, wrong.stdout.splitlines()[1]) == (
+        1, "robotont: no version v3; allowed: v1.10.0, v1.9.0, v1.0.0, a commit (git log --all --oneline)")
     assert "this is v1.0.0 already" in robotont(robot, "update", "v1.0.0").stdout
     (robot / "VERSION").write_text("changed")
     refused = robotont(robot, "update")

@@ -18,7 +18,7 @@ def test_a_name_that_is_no_part_of_a_key_or_the_teachers_is_refused(name):
 
 def test_each_robot_gets_its_own_keys_only(tmp_path):
     users = add_users(tmp_path / "users", ["order", "r2"])
-    assert read_users(tmp_path / "users") == users
+    assert read_users(tmp_path / "users") == add_users(tmp_path / "users", ["r2"]) == users
     access = router_settings(7447, tmp_path / "users")["access_control"]
     rules = {rule["id"]: rule["key_exprs"] for rule in access["rules"]}
     assert rules["teacher"] == ["**"]

@@ -106,10 +106,10 @@ def read_users(path):
 
 
 def add_users(path, names):
-    """{name: password} with a new password for each name, and one for the teacher where there is none."""
+    """{name: password} with a new password for each name that has none yet, and for the teacher."""
     with alone_in(Path(path).parent):
         users = read_users(path)
-        users.update({name: secrets.token_urlsafe(16) for name in map(check_name, names)})
-        users.setdefault(TEACHER, secrets.token_urlsafe(16))
+        for name in (*map(check_name, names), TEACHER):
+            users.setdefault(name, secrets.token_urlsafe(16))
         write_file(path, "".join(f"{name}:{password}\n" for name, password in users.items()), 0o600)
     return users

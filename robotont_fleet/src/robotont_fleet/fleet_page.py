@@ -51,7 +51,7 @@ def arguments(given=None):
     parser.add_argument("--router-port", type=port, default=7447, help="of the router, to which robots connect [7447]")
     parser.add_argument("--map", default="", help="the map that the robots share: map_server's .yaml")
     parser.add_argument("--host-names", default="", help="further names of this computer, between commas")
-    parser.add_argument("--add", nargs="+", metavar="ROBOT", help="make robots' passwords where they have none, print them, and end")
+    parser.add_argument("--add", nargs="+", metavar="ROBOT", help="print robots' passwords, new where missing, and end")
     return parser.parse_args(given)
 
 

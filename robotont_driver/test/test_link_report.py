@@ -43,7 +43,8 @@ def test_lost_lines_are_told_and_a_port_that_is_opened_again_is_judged_afresh(mo
     a_second(report, line, clock, sender)
     line.connection.feed(b"noise\n" * 42, clock[0])
     written.refused = 7  # messages on serial_write, which are no lines of the board
-    assert report.report_link()[:2] == (WARN, "42 lines dropped since the last report: check cable and baudrate")
+    assert report.report_link()[:2] == (WARN, "42 lines dropped since the last report, the newest: "
+                                        "no valid trailer in 'noise'; check cable and baudrate")
     a_second(report, line, clock, sender)
     written.refused = 9
     assert a_second(report, line, clock, sender) == (WARN, "2 messages on serial_write were no packets")
@@ -80,4 +81,5 @@ def test_packets_of_the_first_tenths_of_a_second_are_packets(monkeypatch):
     for _ in range(20):
         clock[0] += 0.02
         line.connection.feed(b"1:2:3;\n" + sender.packet(), clock[0])
-    assert report.report_link()[:2] == (WARN, "20 lines dropped since the last report: check cable and baudrate")
+    assert report.report_link()[:2] == (WARN, "20 lines dropped since the last report, the newest: "
+                                        "no valid trailer in '1:2:3;'; check cable and baudrate")

@@ -73,7 +73,8 @@ class LinkReport:
         elif lost > LOST * new_packets:
             warning = f"{lost / new_packets:.0%} of the board's lines are lost: check cable and baudrate"
         elif new_errors:
-            warning = f"{new_errors} lines dropped since the last report: check cable and baudrate"
+            warning = (f"{new_errors} lines dropped since the last report, the newest: {protocol.newest_error}; check "
+                       "cable and baudrate")
         elif no_packets:
             warning = f"{no_packets} messages on serial_write were no packets"
         return (WARN, warning, values) if warning else (OK, f"{rate:.0f} packets/s, {protocol.name}", values)

@@ -15,7 +15,7 @@ from robotont_driver.odometry.odometry_stamps import SECOND
 KEPT, MOST = 4096, 200.0  # samples, over 4 s of any gyro; [rad/s] a rate not below it is an error of the line
 GAP, PAUSE, LATE, WAIT = 0.1, 1.0, 0.3, 4.0  # [s] between samples, packets; late beside the wheels, and at all
 BEHIND, AHEAD = 0.5, 0.1  # [s] by which all stamps of a second may differ from this computer's clock
-SETTLING, STILL = 0.5, (2.5, 0.001)  # [s] after which the robot stands; ... edges or [m] are no motion of a wheel
+SETTLING, STILL = 1.0, (2.5, 0.0004)  # [s] after which the robot stands; ... edges or [m] are no motion of a wheel
 FIRST_BIAS = 0.02        # [rad/s] standard deviation of the bias of an unknown gyro
 LEARNING, PATIENCE = 1.0, 5.0  # [s] of standing until the bias is good enough to use; of which nothing was learnt
 OUTLIER, RELEARN, STEADY = 5.0, 3.0, 10.0  # [sigma] a larger turn at rest is no bias, unless for [s] within [sigma]

@@ -72,7 +72,7 @@ def main():
     print(f"(held): at most school year {GRADE:g} (grade of Flesch and Kincaid), and {LONGEST} words in a sentence")
     print(f"{len(pages)} pages, {sum_of_words} words")
     if len(pages) > PAGES or sum_of_words > WORDS:
-        said.append(f"docs/: {len(pages)} pages of {sum_of_words} words, at most {PAGES} of {WORDS}")
+        said.append(f"docs/: {len(pages)} pages of {sum_of_words} words, at most {PAGES} of {WORDS}; shorten one")
     for line in said:
         print(line, file=sys.stderr)
     return 1 if said else 0

@@ -44,6 +44,11 @@ def test_a_service_of_another_driver_is_kept_beside_each_time(tmp_path):
     install_robot(tmp_path, "--remove")
     kept = [theirs.with_name(f"robotont.service.before{number}").read_text() for number in (1, 2)]
     assert kept == ["[Service]\nExecStart=/theirs 1\n", "[Service]\nExecStart=/theirs 2\n"]
+    theirs.write_text(kept[1])  # its name is given back
+    wanted = theirs.parent / "multi-user.target.wants" / theirs.name
+    wanted.symlink_to(theirs)  # systemctl enable
+    assert install_robot(tmp_path, "--remove").stderr == "install-robot: nothing is installed\n"
+    assert (theirs.read_text(), wanted.is_symlink()) == (kept[1], True)
 
 
 @pytest.mark.parametrize("model", [True, False])

@@ -117,8 +117,9 @@ def _kept_beside(path):
 
 
 def installed_units(root):
-    """Names of the services that are installed under `root`."""
-    return [unit for unit in (*UNITS, PAGE_UNIT, FLEET_UNIT) if (Path(root) / SYSTEMD / unit).exists()]
+    """Names of our services that are installed under `root`."""
+    paths = [Path(root) / SYSTEMD / unit for unit in (*UNITS, PAGE_UNIT, FLEET_UNIT)]
+    return [path.name for path in paths if path.is_file() and OURS in read(path)]
 
 
 def remove(root, udev_rules):
@@ -126,7 +127,7 @@ def remove(root, udev_rules):
 
     udev_rules: paths of the rules. Of a link the link goes, not what it leads to. Raises OSError.
     """
-    units = [place + unit for unit in (*UNITS, PAGE_UNIT, FLEET_UNIT) for place in (WANTED, SYSTEMD)]
+    units = [place + unit for unit in installed_units(root) for place in (WANTED, SYSTEMD)]
     rules = [UDEV + Path(rule).name for rule in udev_rules]
     names = (*rules, *units, USER, SETTINGS + "python_logging.conf", SETTINGS + "environment",
              KEPT, STATE)

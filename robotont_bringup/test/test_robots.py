@@ -18,7 +18,7 @@ from robotont_driver.robots.robot_folder import read_robot, shipped
 from robotont_simulator import simulator_node
 from robotont_testing import places
 from robotont_testing.harness import Master
-from robotont_testing.robots import H_DRIVE, MIRRORED_4, robot_folder
+from robotont_testing.robots import H_DRIVE, MIRRORED_4, SHIPPED, robot_folder
 
 NAMES = ("thesis", "robotont2", "robotont3", "four_wheels")
 ROBOT = ("robot.launch", "description:=false")
@@ -83,6 +83,12 @@ def test_by_hand_a_robots_parameters_are_checked_too(tmp_path, monkeypatch, caps
     monkeypatch.setattr(sys, "argv", ["robot", f"{folder}/"])
     main()
     assert "max_wheel_speed: found 1.9, the motors reach 1.83 [m/s]" in capsys.readouterr().out
+    odd = robot_folder(tmp_path / "odd", {**SHIPPED, "encoderEdgesPerMotorRevolution": 11, "motorStallTorque": 5.0})
+    monkeypatch.setattr(sys, "argv", ["robot", odd])
+    main()
+    said = capsys.readouterr().out
+    assert "warning: encoderEdgesPerMotorRevolution: found 11, a multiple of 4 where both" in said
+    assert "warning: motorNoLoadSpeed, motorStallTorque: a motor of 1227 W;" in said
 
 
 @pytest.mark.nightly

@@ -87,6 +87,9 @@ def test_a_sign_per_wheel_is_a_motor_mounted_the_other_way_round():
     assert doubts(read_wheels({**SHIPPED, "wheelRadius": 1.38, "wheelDistanceFromCenter": 4.92})) == (  # inches
         "wheelRadius, gearboxReductionRatio, motorNoLoadSpeed: the wheels reach 72.3 m/s without load, expected: "
         "0.02 to 20.0")
+    twice = {**BARE, "wheelAmount": 4, "wheelRads": [0.0, 2.0, 4.0, 4.0]}
+    assert doubts(read_wheels(twice)).startswith("wheelRads: wheels 2 and 3 would stand at one place, 139 degrees")
+    assert not doubts(read_wheels({**twice, "wheelDistanceFromCenter": [0.1, 0.1, 0.1, 0.2]}))
     del mirrored["positiveRotation"]
     assert doubts(read_wheels(mirrored)).startswith(
         "wheelRads: all wheels stand on one side of the centre, at 180, 120, 240 degrees")

@@ -11,8 +11,10 @@ import types
 import pytest
 from flash_board import VERSION, Board, run_on_the_board
 
+from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_flash import board_check, copying, program
 from robotont_flash.board_check import FlashError
+from robotont_testing.robots import SHIPPED
 
 OWN = b"0:0:0;00:0000:0000:0000:030000000:FBCF\n"
 MINE = "from robotont_firmware.pin_profile import *\nPROFILE = 'mine'\n"
@@ -100,6 +102,14 @@ def test_a_profile_is_checked_without_a_board(flash, monkeypatch, arguments, sta
     assert all(word in shown + message for word in words)
 
 
+def test_wheels_in_another_order_or_round_are_not_even():
+    """Which the board believes of the profile, and the simulator works out of the folder."""
+    assert program.numbers_of(read_wheels(SHIPPED))["EVEN"] == 1
+    for change in ({"wheelRads": [*SHIPPED["wheelRads"][1::-1], SHIPPED["wheelRads"][2]]},
+                   {"wheelRads": [0.9, 2.2, 4.0]}):
+        assert program.numbers_of(read_wheels({**SHIPPED, **change}))["EVEN"] == 0
+
+
 @pytest.mark.parametrize("text, words", [
     ("PROFILE = (", ["profile mine: cannot be read: SyntaxError"]),
     ("from robotont_firmware.pin_profile_four import *", ["PROFILE: found 'four', allowed: 'mine'"]),
@@ -108,6 +118,12 @@ def test_a_profile_is_checked_without_a_board(flash, monkeypatch, arguments, sta
     (MINE + "del FAULTS", ["profile mine: FAULTS is missing, or not known"]),
     (MINE + "TICK_TIMER = 4", ["profile mine: config.TICK_TIMER: found 4, allowed: a timer of its own"]),
     (MINE + "PWM = (4, 5, 6)", ["profile mine: config.PWM: found (4, 5, 6)"]),
+    (MINE + "FAULTS = ('PZ2',) + FAULTS[1:]", ["profile mine: FAULTS: found 'PZ2', allowed: PA0, PA1, PA4 to"]),
+    (MINE + "LIGHT = 'PA3'", ["profile mine: LIGHT: found 'PA3'"]),  # the serial line
+    (MINE + "ENCODERS = ENCODERS[:2] + (('PA10', 'PA9', 1, 1),)", [
+        "ENCODERS: found 'PA10' with alternate function 1 for channel 1 of timer 1, allowed: PA8 with 1"]),
+    (MINE + "PWM = PWM[:2] + (('PC8', 8, 3, 2),)", ["PWM: found 'PC8' with alternate function 2", "PC8 with 3"]),
+    (MINE + "MAX_TORQUE = 400", ["profile mine: CONTINUOUS_TORQUE: found 800, allowed: up to MAX_TORQUE, 400"]),
 ])
 def test_a_bad_file_of_a_profile_spoils_no_other(board, flash, monkeypatch, tmp_path, text, words):
     package = tmp_path / "robotont_firmware"

@@ -8,6 +8,8 @@ from robotont_driver.kinematics.wheel_params import doubts, no_load_speeds
 from robotont_driver.parameters.parameters import ParameterError, read_parameters
 from robotont_driver.robots.robot_folder import PARAMETERS, read_robot
 
+MOST_POWER = 300.0  # [W] of a motor of such a robot; Robotont's have 8
+
 
 def parameter_faults(robot):
     """List of what is wrong with the parameters in a `Robot`'s driver.yaml, a line for each."""
@@ -49,8 +51,16 @@ def main():
         reach = min(no_load_speeds(wheels))
         print(f"{folder}: {wheels.amount} wheels, which stand at {places} degrees, {wheels.pid_frequency:g} Hz, "
               f"motors that reach {reach:.2f} m/s without load, no mistake found")
-        if doubts(wheels):
-            print(f"warning: {doubts(wheels)}")
+        edges = wheels.edges_per_motor_turn
+        power = wheels.motor.no_load_speed * wheels.motor.stall_torque / 4
+        for applies, words in (
+                (doubts(wheels), doubts(wheels)),
+                (edges % 4, f"encoderEdgesPerMotorRevolution: found {edges}, a multiple of 4 where both edges of both "
+                 "channels count: a sheet's pulses per channel x 4"),
+                (power > MOST_POWER, f"motorNoLoadSpeed, motorStallTorque: a motor of {power:.0f} W; are they in "
+                 "rad/s and N m, before the gear?")):
+            if applies:
+                print(f"warning: {words}")
         limit = robot.parameters.get("driver_node", {}).get("max_wheel_speed", 0.0)
         if limit > reach:
             print(f"warning: {robot.folder / PARAMETERS}: driver_node: max_wheel_speed: found {limit:g}, the motors "

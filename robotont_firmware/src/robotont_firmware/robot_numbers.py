@@ -68,8 +68,8 @@ def check(config):
                  " with this NO_LOAD_SPEED and RATE")
     slow = max(load_times(config)) // 1000
     require("GEAR", config.GEAR, slow <= MOST_LOAD_TIME,
-            f"one with which shorted motors slow the robot to 37 % in {MOST_LOAD_TIME} ms at most, not {slow}: or less "
-            "MASS, INERTIA or RADIUS, or more STALL_TORQUE")
+            f"hundredths with which shorted motors slow the robot to 37 % in {MOST_LOAD_TIME} ms at most, not {slow}: "
+            "or less MASS, INERTIA or RADIUS, or more STALL_TORQUE")
 
 
 def load_times(config):

@@ -3,6 +3,7 @@
 A Robotont as it was built must not get it: the driver supports its official firmware, since March 2020.
 """
 
+import math
 import re
 import runpy
 import sys
@@ -10,16 +11,19 @@ import tempfile
 from pathlib import Path
 from types import SimpleNamespace
 
+from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_driver.link.serial_port import explain
 from robotont_driver.parameters.argument_parser import ArgumentParser
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_firmware import __version__ as new
 from robotont_firmware import check_pin_profile
-from robotont_flash import board_check, copying
+from robotont_flash import board_check, chip_pins, copying
 from robotont_flash.board_check import FlashError
 
 PACKAGE = Path(check_pin_profile.__file__).resolve().parent
 NEAR = 0.02  # part by which a profile's number may differ from the robot's
+EVEN = 0.1  # by which the sines of the angles between wheels may differ
+HOLLOW = 0.34  # moment of inertia of a wheel, in its mass times its radius squared
 USUAL = 0.75  # inertia in mass times the wheels' distance squared: the thesis' robot has 0.77, four_wheels 0.73
 
 # What is on the board, as the last line of every message about a failure.
@@ -56,6 +60,10 @@ def choose_profile(package, name):
                              "pin_profile.py")  # fmt: skip
         config.update(wiring)
         check_pin_profile.check(SimpleNamespace(**config))
+        chip_pins.check(config)
+        if config["CONTINUOUS_TORQUE"] > config["MAX_TORQUE"]:
+            raise ValueError(f"CONTINUOUS_TORQUE: found {config['CONTINUOUS_TORQUE']}, allowed: up to MAX_TORQUE, "
+                             f"{config['MAX_TORQUE']}")  # fmt: skip
     except ValueError as error:
         raise FlashError(f"profile {name}: {error}") from error
     except Exception as error:  # whatever stands in a file that somebody has written
@@ -65,11 +73,18 @@ def choose_profile(package, name):
 
 def numbers_of(wheels):
     """The numbers of config.py that `Wheels` tell, by their names."""
-    mean = sum(wheels.radii) / wheels.amount, sum(map(abs, wheels.levers)) / wheels.amount
+    radius, distance = sum(wheels.radii) / wheels.amount, sum(map(abs, wheels.levers)) / wheels.amount
+    motor, turns = wheels.motor, sum(wheels.levers)
+    # how the wheels follow each other in the direction in which they turn the robot
+    steps = [math.sin(after - before) * ((turns > 0) - (turns < 0))
+             for before, after in zip(wheels.directions, wheels.directions[1:] + wheels.directions[:1])]
+    turned = motor.rotor_inertia + HOLLOW * WHEEL_MASS * (radius / wheels.gear) ** 2
     return {"WHEELS": wheels.amount, "RATE": round(wheels.pid_frequency), "EDGES": wheels.edges_per_motor_turn,
-            "GEAR": round(100 * wheels.gear), "RADIUS": round(1e6 * mean[0]), "DISTANCE": round(1e6 * mean[1]),
-            "NO_LOAD_SPEED": round(10 * wheels.motor.no_load_speed), "MASS": round(1000 * wheels.mass),
-            "STALL_TORQUE": round(1e6 * wheels.motor.stall_torque)}
+            "GEAR": round(100 * wheels.gear), "RADIUS": round(1e6 * radius), "DISTANCE": round(1e6 * distance),
+            "EVEN": int(max(steps) - min(steps) <= EVEN and sum(steps) > 0.0),
+            "NO_LOAD_SPEED": round(10 * motor.no_load_speed), "MASS": round(1000 * wheels.mass),
+            "STALL_TORQUE": round(1e6 * motor.stall_torque),
+            "TIME_CONSTANT": round(1e3 * turned * motor.no_load_speed / motor.stall_torque)}
 
 
 def check(profile, robot):
@@ -80,12 +95,15 @@ def check(profile, robot):
     config, wiring = choose_profile(PACKAGE, profile)
     print(describe(wiring))
     wanted = numbers_of(read_robot(robot).wheels) if robot else {}
+    time_constant = wanted.pop("TIME_CONSTANT", None)  # of which a film may know more
     different = [f"{number}: {config[number]} in the profile, {value} by the robot"
                  for number, value in wanted.items() if abs(config[number] - value) > NEAR * value]
     if different:
         raise FlashError("\n".join([f"profile {profile} is another robot's:", *different]))
     usual = USUAL * config["MASS"] * (config["DISTANCE"] / 1e4) ** 2
     print(f"INERTIA: {config['INERTIA']} g cm^2; by MASS and DISTANCE it may be about {usual:.0f}.")
+    if robot:
+        print(f"TIME_CONSTANT: {config['TIME_CONSTANT']} ms; by motor and wheels it may be about {time_constant}.")
     print(f"Profile {profile} can work" + (f", and has the numbers of {robot}." if robot else "."))
 
 
@@ -150,15 +168,16 @@ def main():
     parser.add_argument("--check", action="store_true", help="only say whether the profile can work: needs no board")
     parser.add_argument("--robot", metavar="NAME or FOLDER", help="with --check: whether it has its numbers, too")
     options = parser.parse_args()
-    on_the_board = UNTOUCHED
+    on_the_board = ""
     try:
         if options.check:
             check(options.profile, options.robot)
             return 0
+        on_the_board = UNTOUCHED
         for on_the_board in flash(options.port, options.profile, options.yes):  # noqa: B007 (and ends with it)
             pass
     except (FlashError, OSError, ValueError) as error:
-        print(error, on_the_board, sep="\n", file=sys.stderr)
+        print(error, *filter(None, [on_the_board]), sep="\n", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("", "Interrupted.", on_the_board, sep="\n", file=sys.stderr)

@@ -3,17 +3,12 @@
 import math
 import types
 
-import numpy as np
-
 from robotont_boards import BOARDS, POSITIONS
-from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_firmware import config, robot_numbers
 from robotont_firmware.main_loop import Controller
 from robotont_flash.program import numbers_of
 from robotont_simulator.simulation import Simulation
 
-EVEN = 0.1  # by which the sines of the angles between wheels may differ
-HOLLOW = 0.34  # moment of inertia of a wheel, in its mass times its radius squared
 DARK = 0.5  # [s] that a board without power and then starting does nothing
 MOTORS_FREQUENCY = 100  # [Hz] the physics moves on in periods of the fastest official control, 10 ms
 LOOK, LOOKS = 0.005, 4  # [s] between two looks of an official board at its serial port, and how many to a tick
@@ -27,16 +22,10 @@ def configuration(wheels, mass, inertia):
 
     Raises ValueError, with what was found and what is allowed, for a robot that the firmware cannot drive.
     """
-    motor, radius = wheels.motor, sum(wheels.radii) / wheels.amount
-    # how the wheels follow each other in the direction in which they turn the robot
-    steps = np.sin(np.diff([*wheels.directions, wheels.directions[0]])) * np.sign(sum(wheels.levers))
-    turned = motor.rotor_inertia + HOLLOW * WHEEL_MASS * (radius / wheels.gear) ** 2
     rate = wheels.pid_frequency
     numbers = types.SimpleNamespace(**{
         **vars(config), **numbers_of(wheels._replace(mass=mass)), "PROFILE": "simulated",
-        "INERTIA": round(1e7 * inertia), "RATE": rate if rate % 1 else int(rate),
-        "EVEN": int(np.ptp(steps) <= EVEN and steps.sum() > 0),
-        "TIME_CONSTANT": round(1e3 * turned * motor.no_load_speed / motor.stall_torque)})
+        "INERTIA": round(1e7 * inertia), "RATE": rate if rate % 1 else int(rate)})
     try:
         robot_numbers.check(numbers)
     except ValueError as error:

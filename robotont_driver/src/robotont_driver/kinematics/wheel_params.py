@@ -219,7 +219,8 @@ def doubts(wheels):
     places = sorted(position % (2 * math.pi) for position in wheels.positions)
     gaps = [after - before for before, after in zip(places, [*places[1:], places[0] + 2 * math.pi])]
     if max(gaps) < WIDEST_GAP:
-        return ""
+        same = len(set(wheels.distances)) == 1 and _at_one_place(wheels)
+        return f"wheelRads{same.replace(';', ':', 1)}" if same else ""
     return (f"wheelRads: all wheels stand on one side of the centre, at {_degrees(wheels, range(wheels.amount))} "
             "degrees; where a motor is mounted the other way round, positiveRotation is a list, one word per wheel")
 

@@ -21,7 +21,8 @@ from robotont_flash import board_check, chip_pins, copying
 from robotont_flash.board_check import FlashError
 
 PACKAGE = Path(check_pin_profile.__file__).resolve().parent
-NEAR = 0.02  # part by which a profile's number may differ from the robot's
+NEAR = 0.02  # part by which a profile's number may differ from the robot's ...
+CALIBRATED = {"RADIUS": 0.07, "DISTANCE": 0.07}  # ... that a calibration moves by 6 % at most
 EVEN = 0.1  # by which the sines of the angles between wheels may differ
 HOLLOW = 0.34  # moment of inertia of a wheel, in its mass times its radius squared
 USUAL = 0.75  # inertia in mass times the wheels' distance squared: the thesis' robot has 0.77, four_wheels 0.73
@@ -97,7 +98,7 @@ def check(profile, robot):
     wanted = numbers_of(read_robot(robot).wheels) if robot else {}
     time_constant = wanted.pop("TIME_CONSTANT", None)  # of which a film may know more
     different = [f"{number}: {config[number]} in the profile, {value} by the robot"
-                 for number, value in wanted.items() if abs(config[number] - value) > NEAR * value]
+                 for number, value in wanted.items() if abs(config[number] - value) > CALIBRATED.get(number, NEAR) * value]
     if different:
         raise FlashError("\n".join([f"profile {profile} is another robot's:", *different]))
     usual = USUAL * config["MASS"] * (config["DISTANCE"] / 1e4) ** 2

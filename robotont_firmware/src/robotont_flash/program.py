@@ -97,8 +97,8 @@ def check(profile, robot):
     print(describe(wiring))
     wanted = numbers_of(read_robot(robot).wheels) if robot else {}
     time_constant = wanted.pop("TIME_CONSTANT", None)  # of which a film may know more
-    different = [f"{number}: {config[number]} in the profile, {value} by the robot"
-                 for number, value in wanted.items() if abs(config[number] - value) > CALIBRATED.get(number, NEAR) * value]
+    different = [f"{number}: {config[number]} in the profile, {value} by the robot" for number, value in wanted.items()
+                 if abs(config[number] - value) > CALIBRATED.get(number, NEAR) * value]
     if different:
         raise FlashError("\n".join([f"profile {profile} is another robot's:", *different]))
     usual = USUAL * config["MASS"] * (config["DISTANCE"] / 1e4) ** 2

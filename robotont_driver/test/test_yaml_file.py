@@ -16,6 +16,7 @@ def test_values_are_those_of_rosparam(tmp_path, text):
 
 
 @pytest.mark.parametrize("text, words", [
+    ("b: 1\na:0.04\nc: 1", "no YAML: a name without a colon and a blank behind it, in line 2"),
     ("a: !!timestamp x", "no YAML: 'x' is no timestamp, in line 1"),
     ("b: 1\na: !!int ''", "no YAML: '' is no int, in line 2"),
     ("a: 2026-13-45", "no YAML: '2026-13-45' is no timestamp, in line 1"),

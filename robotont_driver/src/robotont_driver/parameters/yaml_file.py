@@ -26,8 +26,10 @@ def read_mapping(path, allowed):
         line, byte = error.object.count(b"\n", 0, error.start) + 1, error.object[error.start]
         raise ValueError(f"{path}: found the byte 0x{byte:02x} in line {line}, allowed: text in UTF-8") from None
     except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        raise ValueError(f"{path}: no YAML: {error.problem}" + (f", in line {mark.line + 1}" if mark else "")) from None
+        problem, mark = error.problem, error.problem_mark or error.context_mark
+        if error.context == "while scanning a simple key":
+            problem, mark = "a name without a colon and a blank behind it", error.context_mark
+        raise ValueError(f"{path}: no YAML: {problem}" + (f", in line {mark.line + 1}" if mark else "")) from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise ValueError(f"{path}: no YAML: {' '.join(str(error).split())}") from None
     if not isinstance(content, (dict, type(None))):

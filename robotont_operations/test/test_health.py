@@ -60,6 +60,16 @@ def test_of_robots_in_the_root_and_in_a_namespace_each_has_its_own_nodes_restart
         Row(ERROR, "robot2: link", "unplugged")]
 
 
+def test_what_runs_in_no_robots_namespace_is_told_too():
+    """A fleet_node without the robot's namespace reaches no robot, and says so."""
+    alive = {**{f"/robot1{node}": True for node in ALL}, "/fleet_node": True}
+    rows = table(alive, {**{f"robot1/{name}": status for name, status in FINE.items()},
+                         "fleet_node: fleet": (ERROR, "no driver_node in /")})
+    assert rows[-2:] == [Row(OK, "robot1: wheel feedback", "50 packets/s"),
+                         Row(ERROR, "fleet_node: fleet", "no driver_node in /")]
+    assert worst(rows) == 2
+
+
 @pytest.mark.parametrize("uris", [{}, {"a": "http://127.0.0.1:1/", "b": 5}, 7, None])
 def test_of_a_roslaunch_that_does_not_answer_no_restart_is_known(uris):
     assert restarts(SimpleNamespace(getParam=lambda _: uris)) == {}

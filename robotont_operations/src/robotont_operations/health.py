@@ -20,7 +20,7 @@ class Row(NamedTuple):
 
 
 def table(alive, statuses, restarts=(), folders=()):
-    """Rows of the table.
+    """Rows of the table: of each robot, then the diagnostics of what is in no robot's namespace.
 
     alive: {node name: whether it answers} of all that the master lists; statuses: {name: (level, words)} of the newest
     diagnostics, whose names are "NODE: SUBJECT"; restarts: (node name, how often it was started again);
@@ -52,7 +52,8 @@ def table(alive, statuses, restarts=(), folders=()):
                               ("odom_node", "wheel feedback")):
             if alive.get(robot + (COMPOSED if composed else node)) and not any(one[0] == subject for one in tasks):
                 rows.append(Row(STALE, label + subject, f"{node} publishes nothing on /diagnostics"))
-    return rows
+    others = [(full, *status) for full, status in sorted(statuses.items()) if not f"/{full}".startswith(tuple(robots))]
+    return rows + [Row(level if level in range(len(WORDS)) else ERROR, full, words) for full, level, words in others]
 
 
 def worst(rows):

@@ -29,7 +29,7 @@ PARAMETERS = (
     Parameter("hand_timeout", 0.3, "the robot stops after this long without a command of the hand that drives", "s",
               minimum=0.05, maximum=2.0,
               reason="for so long the robot drives on when the hand's node dies"),
-    Parameter("hand_rest", 2.0, "after the last motion by hand, before the inputs below it may drive", "s",
+    Parameter("hand_rest", 2.0, "after the last motion by hand, hand_timeout at least, before others may drive", "s",
               minimum=0.0, maximum=60.0),
     Parameter("navigation_timeout", 0.5, "the robot stops after this long without a command of navigation", "s",
               minimum=0.05, maximum=2.0,

@@ -1,12 +1,10 @@
 """The page in a real browser, on a server whose robot only takes notes: hands, head, faults, languages."""
 
-import contextlib
-
 from page_client import FIND, LINK, OPEN, WHEELS, drives, open_page, press_mouse, report
 from web_client import TOKEN
 
 from robotont_testing.browser import DESKTOP, PHONE
-from robotont_testing.harness import wait_for
+from robotont_testing.harness import again_until, wait_for
 from robotont_testing.stalling_proxy import StallingProxy
 
 
@@ -15,9 +13,7 @@ def drive_by_key(page, server, key="KeyW", moves=drives):
     def press():
         page.key(key, down=False)
         page.key(key, down=True)
-        with contextlib.suppress(AssertionError):
-            return wait_for(lambda: moves(server), key, 1.0)
-    wait_for(press, key)
+    again_until(press, lambda: moves(server), key)
 
 
 SWALLOWERS = {  # what a browser tells of it: here the system's own shortcuts would swallow them
@@ -115,9 +111,7 @@ navigator.getGamepads = () => [null, window.pad];""")
         """Again: a stick that is already held when the page first looks does not drive."""
         page.run("(pad.axes = [0, 0, 0, 0]) && new Promise((done) => setTimeout(done, 200))")
         page.run("(pad.axes = [0, -1, 0, 0]) && 0")
-        with contextlib.suppress(AssertionError):
-            return wait_for(lambda: drives(served), "motion", 1.0)
-    wait_for(push, "motion")
+    again_until(push, lambda: drives(served), "motion")
     page.run("(pad.axes = [0, 0, 0, 0]) && 0")
     wait_for(lambda: not drives(served), "the stop", 1.0)
     page.run("(pad.buttons[1] = {pressed: true, value: 1}) && 0")

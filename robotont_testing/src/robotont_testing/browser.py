@@ -15,7 +15,7 @@ from pathlib import Path
 
 from tornado.websocket import websocket_connect
 
-from robotont_testing.harness import wait_for
+from robotont_testing.harness import again_until, wait_for
 
 CHROMIUM = shutil.which("chromium")
 PATIENCE = 30.0  # [s] for an answer of the browser
@@ -179,9 +179,7 @@ class Page:
         def anew():
             self.lift()
             self.push(1, *where, **how)
-            with contextlib.suppress(AssertionError):
-                return wait_for(condition, what, 2.0)
-        return wait_for(anew, what, 40.0)
+        return again_until(anew, condition, what, 2.0, 40.0)
 
     def finger_at(self, number, x, y):
         """Put finger `number` on (x, y) [px], or move it there."""

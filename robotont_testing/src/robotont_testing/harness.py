@@ -47,6 +47,15 @@ def wait_for(condition, what, timeout=20.0, period=0.005):
         time.sleep(period)
 
 
+def again_until(act, condition, what, each=1.0, timeout=20.0):
+    """`act()` again and again, as a person whom nothing answers, until `condition()` holds within `each` [s] of one."""
+    def come():
+        act()
+        with contextlib.suppress(AssertionError):
+            return wait_for(condition, what, each)
+    return wait_for(come, what, timeout)
+
+
 def in_own_process(test):
     """A test without arguments that runs in a process of its own: rospy.init_node works once in each."""
     file = test.__code__.co_filename

@@ -64,6 +64,13 @@ def test_an_empty_file_is_an_empty_world(tmp_path, content):
     assert read_world(file).shapes == ()
 
 
+def test_a_file_that_is_not_there_is_named_from_the_root_on(tmp_path, monkeypatch):
+    """roslaunch starts nodes in a folder of its own: there a relative path leads elsewhere."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ValueError, match=f"found no file {tmp_path}/my_world.yaml, allowed: "):
+        read_world("./my_world.yaml")
+
+
 def test_the_map_shows_the_walls_where_the_laser_meets_them(tmp_path):
     file = write_map(read_world(ROOT / "config" / "worlds" / "room.yaml"), tmp_path / "room")
     description = yaml.safe_load(file.read_text())

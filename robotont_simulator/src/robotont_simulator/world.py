@@ -161,7 +161,7 @@ def read_world(file):
         return World()
     if not Path(file).exists():
         others = ", ".join(sorted(other.stem for other in Path(file).resolve().parent.glob("*.yaml")))
-        raise ValueError(f"world: found no file {file}, allowed: {others or 'a file that is there'}")
+        raise ValueError(f"world: found no file {Path(file).absolute()}, allowed: {others or 'a file that is there'}")
     allowed = f"{', '.join(KEYS)} and start"
     content, _ = read_mapping(file, allowed)
     unknown = set(content) - {*KEYS, "start"}

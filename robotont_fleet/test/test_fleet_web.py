@@ -15,7 +15,7 @@ from robotont_fleet.fleet_server import FleetServer
 from robotont_fleet.known_robots import NEEDS, Fleet
 from robotont_fleet.messages import read_state
 from robotont_teleop.web.access import Access
-from robotont_testing.browser import CHROMIUM, DESKTOP, Browser
+from robotont_testing.browser import DESKTOP, one_browser
 from robotont_testing.harness import tool_module, wait_for
 from robotont_testing.loop_client import LoopClient
 from robotont_testing.places import config
@@ -72,12 +72,7 @@ class Served(LoopClient):
         return self.request(*request, **{"Origin": f"http://127.0.0.1:{self.port}", **headers})[0]
 
 
-@pytest.fixture(scope="module")
-def browser():
-    if CHROMIUM is None:
-        pytest.skip("no chromium")
-    with Browser() as one:
-        yield one
+browser = pytest.fixture(scope="module")(one_browser)
 
 
 def test_only_who_has_the_token_sees_and_orders():

@@ -4,7 +4,7 @@ import pytest
 from page_client import open_page
 from web_client import PATIENCE, TOKEN, Served
 
-from robotont_testing.browser import CHROMIUM, Browser
+from robotont_testing.browser import one_browser
 
 
 @pytest.fixture
@@ -27,12 +27,7 @@ def guarded():
         yield server
 
 
-@pytest.fixture(scope="session")
-def browser():
-    if CHROMIUM is None:
-        pytest.skip("no chromium")
-    with Browser() as one:
-        yield one
+browser = pytest.fixture(scope="session")(one_browser)
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ import signal
 import subprocess
 import tempfile
 import threading
+import unittest
 from pathlib import Path
 
 from tornado.websocket import websocket_connect
@@ -25,6 +26,14 @@ LEFT = ("Inspected target navigated or closed", "Execution context was destroyed
 
 class PageLeftError(AssertionError):
     """The page of a script was left before the script had ended."""
+
+
+def one_browser():
+    """For a fixture of pytest: a Browser, until its tests have ended."""
+    if CHROMIUM is None:
+        raise unittest.SkipTest("no chromium")
+    with Browser() as one:
+        yield one
 
 
 class Browser:

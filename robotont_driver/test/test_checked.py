@@ -86,6 +86,18 @@ def test_what_is_lost_behind_a_queue_or_while_the_counter_goes_round_is_recovere
     assert state(checked) == (0, lost, {})
 
 
+@pytest.mark.parametrize("edges, lost", [(64, 110), (64, 150), (4096, 2), (4096, 20)])
+def test_behind_a_gap_whose_counts_cannot_be_known_the_next_packet_decides(edges, lost):
+    """And not one seconds later, when the board might have started in the gap: packets were refused until then."""
+    checked = Checked(read_wheels({**SHIPPED, "encoderEdgesPerMotorRevolution": edges}))
+    sender, read = Sender(), []
+    for at, line in enumerate([sender.packet() for _ in range(32 + lost)]):
+        if not 0 <= at - 30 < lost:
+            read += checked.feed(line, at * PERIOD)
+    assert read == sender.sent[:30] + sender.sent[-2:]
+    assert state(checked) == (1, 0, {})
+
+
 def test_each_line_that_is_no_packet_is_counted_by_its_kind():
     sender, checked = Sender(), Reader()
     packet = sender.packet()

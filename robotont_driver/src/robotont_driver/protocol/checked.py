@@ -116,12 +116,14 @@ class LostPackets:
         if suspect is not None:
             step = self._gap(suspect, packet)
             if step and not step[2]:
-                # Two packets agree with each other and not with those before: the board has restarted.
+                # Two packets agree with each other and not with those before: a restart, or too much was lost.
                 self.restarts += 1
                 return [self._trust(suspect, 0), *self._continue(suspect, packet, step)]
             self._dropped["inconsistent"] += 1
             self._suspect = None
-        if packet.counter + 1 > most_between(self._last, packet):
+        most = most_between(self._last, packet)
+        # behind a gap whose counts would not be known anyway, any two packets begin anew
+        if packet.counter + 1 > most and (most - HELD) * self._reach < 0x8000:
             raise PacketError("inconsistent", "neither the next packet, nor one of a board that has just started")
         self._suspect = packet
         return []

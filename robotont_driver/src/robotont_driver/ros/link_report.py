@@ -6,7 +6,7 @@ import rospy
 
 from robotont_driver.ros.diagnostics import ERROR, FIRST_RATE, OK, WARN, Rate
 
-RESTARTED = "the board has restarted; counts that it has not sent before are missing in the odometry"
+RESTARTED = "the board has restarted, or too many lines were lost: the counts between are missing in the odometry"
 DOUBT = "lines of the board were lost, or it has restarted: the odometry may be wrong by the counts between"
 NONE = 0, 0, 0, 0, 0
 LOST = 0.1  # part of the periods whose lines may be lost without a warning

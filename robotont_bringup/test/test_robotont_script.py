@@ -205,6 +205,11 @@ def test_a_release_that_is_refused_is_told_and_ends_with_1(answer, status, said,
     (tmp_path / "setup.bash").write_text(f"PATH={tmp_path}:$PATH\n")
     done = robotont(ROOT, "release", ROBOTONT_UNDERLAY=str(tmp_path))
     assert (done.returncode, done.stdout) == (status, said)
+    services = "/robot1/emergency_stop/release\n/robot1/reset_odometry\n/robot2/emergency_stop/release"
+    (tmp_path / "rosservice").write_text(f"#!/bin/sh\n[ $1 = list ] && printf '{services}'\n")
+    assert robotont(ROOT, "release", ROBOTONT_UNDERLAY=str(tmp_path), ROS_MASTER_URI="http://x:1").stdout == (
+        "robotont: not released: no robot answers at http://x:1; others do: ./robotont release __ns:=/robot1, "
+        "./robotont release __ns:=/robot2\n")
 
 
 @pytest.mark.parametrize("words", [["--version"], ["update", "--version"]])

@@ -131,7 +131,7 @@ def test_stop_all_shows_who_stands_until_all_are_let_go_and_a_click_sends_a_robo
         page.tap("#stop_all")
         page.wait("document.getElementById('stopping').textContent.includes('Still asking: robot2.')", "who is missing")
         assert page.text("#stop_words").startswith("STOP: 2 of 3 have stopped.")
-        assert page.text("#need") == "1 need somebody"
+        assert page.text("#need") == "Need somebody: 1"
         assert page.text(".card h2") == "robot2"
         page.tap(".card:nth-child(2) .goal")
         x, y = page.place("#map")

@@ -95,16 +95,16 @@ def test_a_page_is_told_whether_its_stop_has_arrived(bus):
     """It sends it again (modules.test.mjs) until it is `pressed_here`."""
     def told():
         state = bus.view.state()
-        return state["stopped"], state["stop_waits"], state["pressed_here"]
-    bus.hear("emergency_stop/pressed_by", String("/other"))
-    assert told() == (True, False, False)
+        return state["stopped"], state["stop_waits"], state["pressed_here"], state["stopped_by_class"]
+    bus.hear("emergency_stop/pressed_by", String("/robot1/fleet_node"))
+    assert told() == (True, False, False, True)
     bus.view.emergency_stop.press()
-    assert told() == (True, True, False)
-    bus.hear("emergency_stop/pressed_by", String("/other, /node"))
-    assert told() == (True, False, True)
+    assert told() == (True, True, False, True)
+    bus.hear("emergency_stop/pressed_by", String("/robot1/fleet_node, /node"))
+    assert told() == (True, False, True, True)
     bus.hear("emergency_stop/pressed_by", String(""))
     assert told()[0], "another's release, before anybody could see this press, does not end it"
     bus.now += emergency_stop_publisher.HELD
     for names in ("/node", ""):
         bus.hear("emergency_stop/pressed_by", String(names))
-    assert told() == (False, False, False)
+    assert told() == (False, False, False, False)

@@ -140,11 +140,11 @@ def test_the_worst_fault_stands_where_one_looks(page, served):
 
 
 def test_a_pressed_stop_is_seen_and_who_may_release_it(page, served):
-    report(served)
+    report(served, given={"stopped_by_class": True})
     served.robot.emergency_stop.press()
     page.wait("$('stop').getAttribute('aria-pressed') === 'true'", "the pressed button")
-    assert (page.text("#driver"), page.text("#can"), page.run("$('dot').dataset.level")) == (
-        "Emergency stop", "Sticks wait for the release", "2")
+    assert (page.text("#driver"), page.text("#can"), page.run("$('dot').dataset.level"), page.text("#stopped_by")) == (
+        "Emergency stop", "Sticks wait for the release", "2", "Stopped by the class's page")
     served.ready_page().order("take")
     page.wait("$('release').disabled && $('release').innerText === 'Take over first'", "why it may not release it")
 

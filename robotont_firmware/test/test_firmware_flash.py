@@ -87,7 +87,7 @@ def test_what_must_not_be_flashed_is_refused_and_nothing_written(board, flash, m
 
 
 @pytest.mark.parametrize("arguments, status, words", [
-    ("--check --profile four robot:=four_wheels", 0, ["PC12", "INERTIA: 1104000 g cm^2;", "about 1130400.",
+    ("--check --profile four robot:=four_wheels", 0, ["PC12", "INERTIA: 1104000 in the profile", "1130400\n",
                                                        "can work, and has the numbers of four_wheels"]),
     ("--check --profile ours", 0, ["Profile ours can work."]),
     ("--check --profile four robot:=thesis", 1, ["WHEELS: 4 in the profile, 3 by the robot", "GEAR: 3000",
@@ -137,6 +137,17 @@ def test_a_bad_file_of_a_profile_spoils_no_other(board, flash, monkeypatch, tmp_
     assert not board.steps
     assert "\n  mine " in flash("--check --profile theirs")[2]
     assert flash("--check --profile four")[0] == 0
+
+
+@pytest.mark.parametrize("text, words", [("INERTIA = 1", "INERTIA: 1 in the profile"),
+                                         ("TIME_CONSTANT = 260", "TIME_CONSTANT: 260 in the profile")])
+def test_numbers_that_the_others_do_not_explain_are_refused(flash, monkeypatch, tmp_path, text, words):
+    package = tmp_path / "robotont_firmware"
+    shutil.copytree(str(program.PACKAGE), str(package))
+    (package / "pin_profile_mine.py").write_text(MINE + text)
+    monkeypatch.setattr(program, "PACKAGE", package)
+    status, _, message = flash("--check --profile mine robot:=thesis")
+    assert (status, words in message, UNTOUCHED in message) == (1, True, False)
 
 
 def test_our_own_firmware_keeps_its_profile_and_boot_gets_its_pins(board, flash):

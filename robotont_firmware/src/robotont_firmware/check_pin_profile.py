@@ -70,4 +70,5 @@ def _list(config, name, wheels, *kinds):
     for entry in value if fits else ():
         parts = entry if len(kinds) > 1 and type(entry) in (tuple, list) else [entry]
         fits = fits and [type(part) for part in parts] == list(kinds)
-    bounds.require(name, value, fits, f"for each of {wheels} wheels: {', '.join([kind.__name__ for kind in kinds])}")
+    kinds = ", ".join([kind.__name__ for kind in kinds])
+    bounds.require(name, value, fits, f"for each of {wheels} wheels: {kinds}" + (", or ()" if name == "FAULTS" else ""))

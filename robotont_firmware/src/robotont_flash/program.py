@@ -25,6 +25,7 @@ NEAR = 0.02  # part by which a profile's number may differ from the robot's ...
 CALIBRATED = {"RADIUS": 0.07, "DISTANCE": 0.07}  # ... that a calibration moves by 6 % at most
 EVEN = 0.1  # by which the sines of the angles between wheels may differ
 HOLLOW = 0.34  # moment of inertia of a wheel, in its mass times its radius squared
+FAR = 3  # times as much or as little is a mistake
 USUAL = 0.75  # inertia in mass times the wheels' distance squared: the thesis' robot has 0.77, four_wheels 0.73
 
 # What is on the board, as the last line of every message about a failure.
@@ -96,15 +97,19 @@ def check(profile, robot):
     config, wiring = choose_profile(PACKAGE, profile)
     print(describe(wiring))
     wanted = numbers_of(read_robot(robot).wheels) if robot else {}
-    time_constant = wanted.pop("TIME_CONSTANT", None)  # of which a film may know more
+    time_constant = wanted.pop("TIME_CONSTANT", None)
     different = [f"{number}: {config[number]} in the profile, {value} by the robot" for number, value in wanted.items()
                  if abs(config[number] - value) > CALIBRATED.get(number, NEAR) * value]
     if different:
         raise FlashError("\n".join([f"profile {profile} is another robot's:", *different]))
-    usual = USUAL * config["MASS"] * (config["DISTANCE"] / 1e4) ** 2
-    print(f"INERTIA: {config['INERTIA']} g cm^2; by MASS and DISTANCE it may be about {usual:.0f}.")
-    if robot:
-        print(f"TIME_CONSTANT: {config['TIME_CONSTANT']} ms; by motor and wheels it may be about {time_constant}.")
+    # of which a scale or a film may know more
+    usual = {"INERTIA": USUAL * config["MASS"] * (config["DISTANCE"] / 1e4) ** 2, "TIME_CONSTANT": time_constant}
+    for number, value in usual.items():
+        if value:
+            found = f"{number}: {config[number]} in the profile, by the other numbers about {value:.0f}"
+            print(found)
+            if not 1 / FAR < config[number] / value < FAR:
+                raise FlashError(f"profile {profile}: {found}, allowed: a third of that to three times as much")
     print(f"Profile {profile} can work" + (f", and has the numbers of {robot}." if robot else "."))
 
 

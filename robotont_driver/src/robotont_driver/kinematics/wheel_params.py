@@ -202,6 +202,8 @@ class _Reader:
         sizes = list(map(abs, converted))
         if not factor * largest < max(sizes, default=0.0) <= largest or 0 < min(sizes) < least:
             return ""
+        if any(number % 1 and abs(number) <= largest for number in numbers):
+            return f"; some in {unit}, others not?"
         return f"; in {unit}? then write {converted if numbers is value else converted[0]}"
 
     def _is_list(self, value, valid):

@@ -109,16 +109,19 @@ def test_a_goal_is_given_up_after_its_patience(move_base):
 @pytest.mark.parametrize("seconds, status", [(3.0, Status.REPLACED), (60.0, Status.GAVE_UP)])
 def test_a_robot_that_waits_turns_around_now_and_then_to_see_whether_its_way_is_free(move_base, seconds, status):
     """Until an emergency stop is pressed, so long after the turn has begun, or once around."""
+    sent = []
+
     def press_later(words):
         if words == "looks around":
+            sent.append(len(move_base.goals))
             move_base.later(seconds, move_base.hear, "emergency_stop/pressed_by", String("/page"))
     move_base.goto._show = press_later
     assert move_base.goto.go(GOAL, patience=LOOK + 2.0).status == status
     turns = [message.angular.z for message in move_base.sent["cmd_vel/navigation"]]
     assert 0.1 * sum(turns) == pytest.approx(min(TURN * seconds, 2 * math.pi), abs=0.2)
     assert turns.index(0.0) == len(turns) - 1
-    assert move_base.now < 102.0 + LOOK + 2 * math.pi / TURN, "the turn is a part of the patience"
-    assert len(move_base.goals) > 10
+    assert move_base.now < 103.0 + 2 * LOOK + 2 * math.pi / TURN
+    assert (len(move_base.goals) > sent[0] > 10) == (status == Status.GAVE_UP), "what it has seen is tried"
 
 
 @pytest.mark.parametrize("when", ["waits, 3 of 60 s: move_base gave up (ABORTED): no way", "looks around"])

@@ -102,8 +102,8 @@ class GoTo:
 
     def follow(self, goal, patience=PATIENCE):
         """The Outcome of the goal that was sent last; `patience` as of `go`."""
-        start = since = looked = time.monotonic()
-        told = -math.inf
+        start = since = time.monotonic()
+        told = looked = -math.inf
         place, given_up = None, ""  # in the circle around it the robot has been since then; why move_base gave up there
         try:
             while True:
@@ -111,10 +111,11 @@ class GoTo:
                 if pose and (place is None or math.dist(place, pose[:2]) > STAYS):
                     place, since, given_up = pose[:2], now, ""
                 waited = now - since
+                over = waited > patience and now - looked > LOOK  # what a look has found is tried
                 if ended:
                     time.sleep(max(0.0, self._sent + AGAIN - now))
                 found = self._end(goal, now - start) if ended else self._by_others()
-                if found and (found.status != Status.GAVE_UP or self._held or waited > patience):
+                if found and (found.status != Status.GAVE_UP or self._held or over):
                     return found
                 if found and self._is_replaced():
                     return Outcome(Status.REPLACED, "cancelled by somebody, or another goal has taken its place")
@@ -126,7 +127,7 @@ class GoTo:
                     if found and not self._left:  # what made move_base give up may pass: a door, a cable, a sensor
                         given_up = found.words
                         self.send(goal)
-                if waited > patience > 0.0:
+                if over and patience > 0.0:
                     return Outcome(Status.GAVE_UP, f"got nowhere for {waited:.0f} s: does something stand in the way, "
                                    f"or on the goal? {self.cancel()}{self._cause('; ')}")
                 if now - told >= PERIOD:

@@ -33,6 +33,8 @@ class Follower:
 
     def on_odom(self, message):
         """Aim at the next point."""
+        if rospy.core.is_shutdown_requested():
+            return  # odom still comes while stop() sends its zeros
         position, turn = message.pose.pose.position, message.pose.pose.orientation
         yaw = 2 * math.atan2(turn.z, turn.w)
         if self.start is None:

@@ -29,6 +29,8 @@ rospy.on_shutdown(stop)
 
 def on_scan(scan):
     """Each scan gives one command. Without scans there are no commands, and the robot stops by itself."""
+    if rospy.core.is_shutdown_requested():
+        return  # scans still come while stop() sends its zeros
     angles = [scan.angle_min + i * scan.angle_increment for i in range(len(scan.ranges))]
     ahead = [distance for angle, distance in zip(angles, scan.ranges) if math.cos(angle) > math.cos(AHEAD)]
     seen = [distance for distance in ahead if scan.range_min <= distance <= scan.range_max]  # no NaN, no infinity

@@ -35,27 +35,27 @@ class Drive:
         self._pose, self._poses, self.commands = (3.0, -1.0, 2.0), [], [Twist()]
         rospy = SimpleNamespace(
             init_node=lambda _: None, on_shutdown=self._hooks.append, signal_shutdown=self._end,
-            is_shutdown=lambda: self._ended, spin=lambda: self._sleep(120.0), sleep=self._sleep,
-            Rate=lambda rate: SimpleNamespace(sleep=lambda: self._sleep(1 / rate)),
-            Time=SimpleNamespace(now=lambda: self._now), Duration=float,
+            is_shutdown=lambda: not self._hooks, core=SimpleNamespace(is_shutdown_requested=lambda: self._ended),
+            Time=SimpleNamespace(now=lambda: self._now), spin=lambda: self._sleep(120.0), sleep=self._sleep,
+            Rate=lambda rate: SimpleNamespace(sleep=lambda: self._sleep(1 / rate)), Duration=float,
             Publisher=lambda *_, **__: SimpleNamespace(publish=self._publish, get_num_connections=lambda: 1),
             Subscriber=lambda topic, _kind, callback, **_: self._heard_by.update({topic: callback}))
-        with patch.dict("sys.modules", rospy=rospy):
+        with patch.dict("sys.modules", rospy=rospy, time=SimpleNamespace(sleep=self._sleep)):
             runpy.run_path(str(EXAMPLES / f"{name}.py"))
         self.way = np.transpose(se2.between(self._poses[0], np.transpose(self._poses)))
 
     def _publish(self, command):
-        if not self._ended:
+        if self._hooks:
             self.commands.append(command)
 
     def _end(self, _why):
-        for hook in self._hooks:
-            hook()
-        self._ended = True
+        self._ended = True  # messages still come while the hook runs
+        self._hooks[0]()
+        self._hooks.clear()
 
     def _sleep(self, seconds):
         end = self._now + seconds
-        while self._now < end - PERIOD / 2 and not self._ended:
+        while self._now < end - PERIOD / 2 and self._hooks:
             speed = self.commands[-1]
             step = se2.arc((PERIOD * speed.linear.x, PERIOD * speed.linear.y, PERIOD * speed.angular.z))
             self._pose = se2.compose(self._pose, step)
@@ -68,7 +68,7 @@ class Drive:
             scan = self._scan or LaserScan(range_max=4.0, ranges=[gap])
             for topic, message in (("odom", odometry), ("scan", scan)):
                 self._heard_by.get(topic, id)(message)
-            if self._now >= self._ctrl_c:
+            if self._now >= self._ctrl_c and not self._ended:
                 self._end("Ctrl-C")
 
 

@@ -114,28 +114,37 @@ def test_update_takes_the_newest_version_goes_back_and_touches_nothing_of_the_us
     assert now() == ("v1.10.0", "kept")
 
 
-def test_an_update_whose_build_has_failed_goes_on_and_the_restart_is_not_forgotten(tmp_path):
+def test_an_update_that_has_failed_goes_on_and_neither_the_restart_nor_the_way_back_is_forgotten(tmp_path):
     home, robot, broken = clone_that_needs_nothing(tmp_path / "home"), tmp_path / "robot", tmp_path / "broken.cmake"
     git(home, "init")
     for version in ("v1.0.0", "v2.0.0"):
         with (home / "CMakeLists.txt").open("a") as lists:
             lists.write(f"include(../broken.cmake OPTIONAL)\nfile(WRITE ${{CMAKE_BINARY_DIR}}/built {version})\n")
+        (home / "setup/pypi/calibration.txt").write_text(f"./none-of-{version}\n")
         git(home, "add", "-A")
         git(home, "commit", "-m", version)
         git(home, "tag", version)
     git(tmp_path, "clone", "-b", "v1.0.0", str(home), "robot")
     assert robotont(robot, "build").returncode == 0
     (robot / ".build" / "devel").mkdir()
+    setup = robot / ".build/venv/setup"
+    setup.mkdir(parents=True)
+    (setup / "of_a_newer_version").touch()
     broken.write_text("message(FATAL_ERROR broken)")
-    first = robotont(robot, "update")
-    assert (first.returncode, first.stdout.splitlines()[-1]) == (
-        1, "robotont: this version could not be built; back: ./robotont update v1.0.0")
+    for _ in range(2):
+        first = robotont(robot, "update")
+        assert (first.returncode, first.stdout.splitlines()[-1]) == (
+            1, "robotont: this version could not be built; back: ./robotont update v1.0.0")
     assert (robot / ".build" / "restart").exists(), "docs/robots.md: the class's loop asks for it"
     broken.unlink()
     again = robotont(robot, "update")
     assert again.returncode == 0, again.stdout
     assert "then restart the robot" in again.stdout
     assert (robot / ".build" / "build" / "built").read_text() == "v2.0.0"
+    (setup / "calibration").touch()
+    back = robotont(robot, "update", "v1.0.0")
+    assert (back.returncode, (robot / ".build" / "build" / "built").read_text()) == (1, "v1.0.0"), back.stdout
+    assert "it is built, but what its nodes need of PyPI has not come" in back.stdout
 
 
 def test_update_without_tags_takes_the_newest_commit_and_says_so(tmp_path):

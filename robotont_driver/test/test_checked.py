@@ -98,6 +98,17 @@ def test_behind_a_gap_whose_counts_cannot_be_known_the_next_packet_decides(edges
     assert state(checked) == (1, 0, {})
 
 
+def test_lines_that_come_twice_count_once_though_all_come_late():
+    """Two in a row passed for a board that begins anew, where an encoder's counts are not known behind two periods."""
+    checked = Checked(read_wheels({**SHIPPED, "encoderEdgesPerMotorRevolution": 4096}))
+    sender, read = Sender(), []
+    lines = [sender.packet() for _ in range(60)]
+    for at, line in enumerate([*lines[:50], *lines[47:]]):
+        read += checked.feed(line, (at + 6 * (at > 40)) * PERIOD if at < 50 else (at + 3) * PERIOD)
+    assert read == sender.sent
+    assert state(checked)[0] == 0
+
+
 def test_each_line_that_is_no_packet_is_counted_by_its_kind():
     sender, checked = Sender(), Reader()
     packet = sender.packet()

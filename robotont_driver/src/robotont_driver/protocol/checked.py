@@ -121,9 +121,9 @@ class LostPackets:
                 return [self._trust(suspect, 0), *self._continue(suspect, packet, step)]
             self._dropped["inconsistent"] += 1
             self._suspect = None
-        most = most_between(self._last, packet)
-        # behind a gap whose counts would not be known anyway, any two packets begin anew
-        if packet.counter + 1 > most and (most - HELD) * self._reach < 0x8000:
+        # after a time whose counts would not be known anyway, any two packets begin anew
+        known = (packet.arrival - self._last.arrival) * (1 + DRIFT) * self._reach < 0x8000
+        if packet.counter + 1 > most_between(self._last, packet) and known:
             raise PacketError("inconsistent", "neither the next packet, nor one of a board that has just started")
         self._suspect = packet
         return []

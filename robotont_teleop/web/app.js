@@ -123,7 +123,7 @@ function show() {
   $("take").hidden = !open || !state || state.driver === null || drives();
   $("give_back").hidden = !(drives() && state.driven_by === "hand" && status?.goal);
   $("stopped").hidden = showStopThatWaits(open) || !state?.stopped;
-  write($("stopped_by"), text(state?.stopped_by_class ? "stopped_by_class" : "stopped"));
+  write($("stopped_by"), state?.stopped_by_class ? text("stopped_by_class") : text("stopped"));
   $("stop").ariaPressed = Boolean(state?.stopped);
   $("release").disabled = Boolean(state) && state.driver !== null && !drives();
   write($("release"), text($("release").disabled ? "can_take_over" : "release"));

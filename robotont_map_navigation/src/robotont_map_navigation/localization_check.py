@@ -76,6 +76,8 @@ class LocalizationCheck:
         """Compare the newest scan with the map, and tell what is found; returns the time to rest."""
         scan, self._scan.message = self._scan.message, None
         by_person = self._new_pose.came > self._put_back + SETTLING  # its own one comes at once
+        if by_person and self._scan.came < self._new_pose.came:
+            self._new_pose.came = time.monotonic()  # amcl goes there with its next scan
         if self._is_settling() and by_person:
             self._begin()
         elif scan and self.floor_map and not self._is_settling():

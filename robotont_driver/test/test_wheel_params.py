@@ -139,6 +139,7 @@ def test_packets_of_the_most_wheels_fit_into_a_line():
 @pytest.mark.parametrize("key, value, words", [
     ("wheelRads", [45, 135, 225], "in degrees? then write [0.785398, 2.356194, 3.926991]"),
     ("wheelRads", [0.785, 135, 3.927], "; some in degrees, others not?"),
+    ("wheelRads", [7.5, 127.5, 247.5], "in degrees? then write [0.1309, 2.225295, 4.31969]"),
     ("wheelRads", [45, 135, 225, 315], "a list of 3 numbers up to 12.57 [rad]"),  # no hint: one is too many
     ("referenceDirection", -90, "in degrees? then write -1.570796"),
     ("wheelRadius", 35, "in millimetres? then write 0.035"),

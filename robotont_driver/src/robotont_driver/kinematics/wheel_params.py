@@ -202,7 +202,7 @@ class _Reader:
         sizes = list(map(abs, converted))
         if not factor * largest < max(sizes, default=0.0) <= largest or 0 < min(sizes) < least:
             return ""
-        if any(number % 1 and abs(number) <= largest for number in numbers):
+        if any(number % 1 and abs(number) <= largest / 2 for number in numbers):
             return f"; some in {unit}, others not?"
         return f"; in {unit}? then write {converted if numbers is value else converted[0]}"
 

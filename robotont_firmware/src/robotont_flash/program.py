@@ -25,7 +25,7 @@ NEAR = 0.02  # part by which a profile's number may differ from the robot's ...
 CALIBRATED = {"RADIUS": 0.07, "DISTANCE": 0.07}  # ... that a calibration moves by 6 % at most
 EVEN = 0.1  # by which the sines of the angles between wheels may differ
 HOLLOW = 0.34  # moment of inertia of a wheel, in its mass times its radius squared
-FAR = 6  # times as much or as little is a mistake; a body much wider than its wheels' circle has 4
+FAR = 5  # times as much or as little is a mistake; a body much wider than its wheels' circle has 4
 USUAL = 0.75  # inertia in mass times the wheels' distance squared: the thesis' robot has 0.77, four_wheels 0.73
 
 # What is on the board, as the last line of every message about a failure.

@@ -221,7 +221,7 @@ class CmdVelMux:
                        f"{rospy.get_name()}/give_back",
         )
         words = next(filter(None, warnings), "")
-        also = f"; on cmd_vel: {', '.join(self._others)}" if self._others else ""
+        also = f" by hand or goal; on cmd_vel: {', '.join(self._others)}" if self._others else ""
         return (WARN, words, values) if words else (OK, f"drives: {driver}{also}", values)
 
     def _report_guard(self):

@@ -154,7 +154,7 @@ def test_the_emergency_stop_is_a_zero_and_ends_all_goals_also_those_that_came_me
 def test_straight_publishers_are_a_warning_only_beside_somebody_else(mux):
     mux.publishers["/cmd_vel"] = ["/node", "/square"]
     mux.look()
-    assert mux.says("who drives") == (OK, "drives: nobody by hand or goal; on cmd_vel: /square"), "alone it disturbs nobody"
+    assert mux.says("who drives") == (OK, "drives: nobody by hand or goal; on cmd_vel: /square"), "it disturbs none"
     mux.publishers["/cmd_vel"] += ["/another"]
     mux.look()
     assert mux.says("who drives")[1].startswith("/another, /square also on cmd_vel")

@@ -22,7 +22,7 @@ def parse(arguments):
     """The options."""
     parser = argparse.ArgumentParser(prog="odometry_report", description=(
         "Compares a bag's odometry with its ground truth, laid on each other's start: a table and a picture. "
-        "evo reads the same bag (evo_ape bag BAG TRUTH ODOM)."))
+        "evo reads the same bag (evo_ape bag BAG TRUTH ODOM --align_origin)."))
     parser.add_argument("recording", help="a bag, as of rosbag record -a")
     parser.add_argument("--odom", metavar="TOPIC", default="odom", help="odometry (default: %(default)s)")
     parser.add_argument("--truth", metavar="TOPIC", help=(

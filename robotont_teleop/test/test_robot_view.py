@@ -14,7 +14,7 @@ from web_client import room
 from robotont_description.geometry import body
 from robotont_map_navigation.goal import Goal, Outcome, Status
 from robotont_teleop.hand import emergency_stop_publisher, robot_reports
-from robotont_teleop.web import camera, newest_goal, robot_view
+from robotont_teleop.web import camera, newest_goal, page_messages, robot_view
 from robotont_testing.bus import Bus, transform
 from robotont_testing.node_test import twist
 
@@ -24,8 +24,7 @@ class View(Bus):
 
     def __init__(self, monkeypatch):
         super().__init__(monkeypatch, robot_view, robot_reports, camera, newest_goal, emergency_stop_publisher)
-        self.goto = Mock(answers=True)
-        self.goto.check.return_value, self.goto.follow.return_value = None, Outcome(Status.DONE, "there")
+        self.goto = Mock(answers=True, **{"check.return_value": None, "follow.return_value": Outcome(Status.DONE, "x")})
         monkeypatch.setattr(robot_view, "GoTo", lambda _: self.goto)
         monkeypatch.setattr(robot_view, "running_wheels", lambda _: WHEELS)
         self.view = robot_view.RobotView("camera")
@@ -46,7 +45,7 @@ def test_a_goal_is_a_place_on_the_map_where_the_robot_looks_as_it_looks_now_and_
     bus.view.goal(2.0, 1.0)
     bus.pursue()
     bus.goto.send.assert_called_once_with(Goal(2.0, 1.0, pytest.approx(0.6)))
-    assert bus.view.status()["note"]["words"] == "there"
+    assert bus.view.status()["note"]["words"] == "x"
     bus.view.cancel()
     bus.goto.leave.assert_called_with(cancel=True)
     assert bus.sent["move_base/cancel"] == [GoalID()], "whoever has sent them"
@@ -91,11 +90,14 @@ def test_a_page_is_told_who_moves_it_what_is_near_and_where_its_map_lies(bus):
     assert bus.view.map_picture.startswith(b"\x89PNG")
 
 
+def test_each_order_of_a_page_is_one_of_the_robots(bus):
+    assert {*page_messages.FIELDS} - {"drive", "take", "stop", "release"} <= {*dir(bus.view)}
+
+
 def test_a_page_is_told_whether_its_stop_has_arrived(bus):
     """It sends it again (modules.test.mjs) until it is `pressed_here`."""
     def told():
-        state = bus.view.state()
-        return state["stopped"], state["stop_waits"], state["pressed_here"], state["stopped_by_class"]
+        return tuple(bus.view.state()[key] for key in ("stopped", "stop_waits", "pressed_here", "stopped_by_class"))
     bus.hear("emergency_stop/pressed_by", String("/robot1/fleet_node"))
     assert told() == (True, False, False, True)
     bus.view.emergency_stop.press()

@@ -1,4 +1,4 @@
-"""The pins of a NUCLEO-L476RG that a wiring profile may use, by the STM32L476RG's data sheet (DS10198, table 17)."""
+"""The pins of a NUCLEO-L476RG that a wiring profile may use, by the alternate functions in its data sheet (DS10198)."""
 
 CHANNELS = {  # (timer, channel): {pin: its alternate function}; an inverted output (CH1N) is none
     (1, 1): {"PA8": 1}, (1, 2): {"PA9": 1}, (1, 3): {"PA10": 1}, (1, 4): {"PA11": 1},

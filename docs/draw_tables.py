@@ -38,7 +38,7 @@ A node reads its parameters as it starts. After `rosparam set`, end it by `rosno
 start again; `web_teleop_node` and `simulator_node` end their whole launch. A launch sets the values of its files as it
 starts: change the file in `config/`. A wrong value ends the node, with a message that says what is allowed. Your
 robot's values stand in [its folder](robots.md).
-With `composed:=true` the driver's three nodes are one, `/robotont_node`. It has their topics, reads their parameters
+With `composed:=true` the driver's three nodes are one, `robotont_node`. It has their topics, reads their parameters
 under their names, and takes no `serial_write` or `serial_read` of other processes.
 """
 SYSTEMS = """

@@ -53,7 +53,7 @@ class NotedRobot:
 
     def state(self):
         return {"pose": [0.0, 0.0, 0.0], "velocity": None, "driven_by": "nobody", "mover": ["nobody", ""],
-                "stopped": self.stopped, "stop_waits": False, "pressed_here": self.stopped, "heard": True, **self.told}
+                "stopped": self.stopped, "stop_waits": False, "pressed_here": self.stopped, **self.told}
 
     def figures(self):
         return [{"name": "r1", "up": True, "age": None}], {"r1": {"link": {"level": 0}}}

@@ -33,7 +33,7 @@ function whatAStickDoes(stalled, state, status, page) {
     [stalled, "can_wait"],
     [state.stopped, "can_release"],
     [state.driver !== null && state.driver !== page, "can_take_over"],
-    [!state.heard, "can_no_mux"],
+    [!state.driven_by, "can_no_mux"],
     [immovable, "can_no_board"],
     [state.held.includes(page), "can_let_go"],
     [true, {page: "can_stop", navigation: "can_take_it", program}[state.mover[0]] ?? "can_drive"],

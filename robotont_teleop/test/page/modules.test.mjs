@@ -9,7 +9,7 @@ import {Link} from "../../web/server_link.js";
 import {REACH, position} from "../../web/stick_curve.js";
 import {truth} from "../../web/truth.js";
 
-const STATE = {stopped: false, driver: null, held: [], heard: true, driven_by: "nobody", mover: ["nobody", ""]};
+const STATE = {stopped: false, driver: null, held: [], driven_by: "nobody", mover: ["nobody", ""]};
 const say = (state, more = {}) => {
   const {who, can, live} = truth({open: true, stalled: false, page: 1, status: {lights: []}, ...more,
     state: {...STATE, ...state}});
@@ -33,7 +33,7 @@ test("sticks are off wherever they cannot move it", () => {
   assert.deepEqual(say({stopped: true, driver: 1}), ["stopped", "can_release", false]);
   assert.deepEqual(say({stopped: true, stop_waits: true, mover: ["program", "a"]}),
     ["who_program a", "can_release", false]);
-  assert.deepEqual(say({heard: false}).slice(1), ["can_no_mux", false]);
+  assert.deepEqual(say({driven_by: ""}).slice(1), ["can_no_mux", false]);
   assert.deepEqual(say({held: [1]}).slice(1), ["can_let_go", false]);
   for (const light of [[2, "port_missing"], [2, "board_unknown"], [1, "no_driver"], [3, "silent", "serial_com_node: link"]]) {
     assert.deepEqual(lit(...light), ["can_no_board", false]);

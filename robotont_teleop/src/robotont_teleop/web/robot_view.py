@@ -92,8 +92,7 @@ class RobotView(RobotReports):
         return {"pose": rounded(self._pose()[1], 3), "velocity": rounded(self.velocity, 3),
                 "driven_by": self.driven_by, "mover": self._movers.who(self.driven_by, boot_time()),
                 "stopped": stop.pressed, "stop_waits": stop.waits, "pressed_here": stop.latched and not stop.waits,
-                "stopped_by_class": "/fleet_node" in stop.pressed_by,
-                "heard": self._command.get_num_connections() > 0}
+                "stopped_by_class": "/fleet_node" in stop.pressed_by}
 
     def status(self):
         """What changes slowly, for JSON."""

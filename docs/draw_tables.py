@@ -15,6 +15,7 @@ import yaml
 from robotont_driver.nodes import driver_node, odom_node, serial_com_node
 from robotont_driver.ros.server_parameters import COMMON_PARAMETERS
 from robotont_fleet import fleet_node
+from robotont_map_navigation import navigation_monitor
 from robotont_operations import recorder_node
 from robotont_simulator import camera_node, simulator_node
 from robotont_teleop.hand import joy_watch, keyboard_teleop
@@ -25,8 +26,8 @@ FOLDER = Path(__file__).resolve().parent
 PAGE = FOLDER / "reference.md"
 WHO = yaml.safe_load((FOLDER / "who_sets_it.yaml").read_text())
 TOPICS = yaml.safe_load((FOLDER / "topics.yaml").read_text())
-NODES = (driver_node, serial_com_node, odom_node, cmd_vel_mux, keyboard_teleop, joy_watch, web_teleop_node,
-         recorder_node, simulator_node, camera_node, fleet_node)
+NODES = (driver_node, serial_com_node, odom_node, cmd_vel_mux, navigation_monitor, keyboard_teleop, joy_watch,
+         web_teleop_node, recorder_node, simulator_node, camera_node, fleet_node)
 HEAD = """<!-- Written by docs/draw_tables.py: `./robotont docs`. -->
 
 # Reference: nodes, parameters, launch files, systems
@@ -93,7 +94,7 @@ def nodes():
         name = node.__name__.rpartition(".")[2]
         yield from ("", f"## {name}", "")
         if name in TOPICS:
-            yield from (*topics(name), "", "Parameters:", "")
+            yield from (*topics(name), *(("", "Parameters:", "") if node.PARAMETERS else ()))
         yield from parameters(name, node.PARAMETERS)
 
 

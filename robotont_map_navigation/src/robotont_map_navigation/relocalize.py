@@ -32,6 +32,7 @@ class Relocalize:
     def __init__(self):
         self._map = Newest("map", OccupancyGrid)
         self._trouble = Newest("localization/trouble", String, String())
+        self._driver = Newest("cmd_vel/driven_by", String)  # the mux' own word: others listen to the command, too
         self._scans = []
         self._frames = Frames()
         self._command = rospy.Publisher("cmd_vel/navigation", Twist, queue_size=1)
@@ -42,7 +43,7 @@ class Relocalize:
         """Turn and search; the Outcome."""
         for what, there in (("map", lambda: self._map.message), ("scan", lambda: self._scans),
                             ("odometry", self._place), ("amcl", self._pose.get_num_connections),
-                            ("cmd_vel_mux", self._command.get_num_connections)):
+                            ("cmd_vel_mux", lambda: self._driver.message)):
             if not wait_for(there, WAIT):
                 return Outcome(Status.NOT_THERE,
                                f"no {what} within {WAIT:g} s: do robot.launch and navigation.launch run?")

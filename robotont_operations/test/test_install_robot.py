@@ -1,8 +1,10 @@
 """install-robot: what it installs is valid, and is removed to the last file."""
 
 import os
+import pwd
 import re
 import subprocess
+from types import SimpleNamespace
 
 import pytest
 from installing import files, install_robot, need
@@ -95,6 +97,16 @@ def test_removal_stops_services_and_leaves_no_file_but_the_users_and_what_a_link
     install_robot(root, "--remove")
     assert [path.name for path in root.rglob("*robotont*")] == ["robotont"]
     assert (root / "etc/robotont/page.pem").exists()
+
+
+@pytest.mark.parametrize("home, goes", [("/var/lib/robotont", True), ("/home/robotont", False)])
+def test_removal_leaves_a_person_who_was_called_robotont_before(home, goes, tmp_path, monkeypatch):
+    """Some robots' login user: systemd-sysusers left him as he was."""
+    monkeypatch.setattr(pwd, "getpwnam", lambda _name: SimpleNamespace(pw_dir=home))
+    ran = []
+    install_robot(tmp_path)
+    install_robot(tmp_path, "--remove", run=lambda commands: ran.extend(commands) or True)
+    assert (("userdel", "robotont") in ran) == goes
 
 
 @pytest.mark.parametrize("name", ["etc/robotont/robot.conf", "etc/systemd/system/robotont.service"])

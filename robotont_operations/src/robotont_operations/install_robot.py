@@ -1,9 +1,11 @@
 """./robotont install-robot: the services that start Robotont at boot, and names for its boards."""
 
 import argparse
+import contextlib
 import importlib.util
 import ipaddress
 import os
+import pwd
 import re
 import shlex
 import socket
@@ -20,7 +22,7 @@ from robotont_operations import installation
 ROOT = Path("/")
 AFTER_INSTALL = (("systemd-sysusers",), ("udevadm", "control", "--reload"),
                  ("udevadm", "trigger", "--subsystem-match=tty"), ("systemctl", "daemon-reload"))
-AFTER_REMOVAL = (("userdel", "robotont"), ("udevadm", "control", "--reload"), ("systemctl", "daemon-reload"))
+AFTER_REMOVAL = (("udevadm", "control", "--reload"), ("systemctl", "daemon-reload"))
 
 
 def run(commands):
@@ -137,4 +139,7 @@ def _remove():
         return 1
     good = run([("systemctl", "stop", *reversed(units))])
     print(f"removed, under {ROOT}:", *installation.remove(ROOT, _udev_rules()), sep="\n  ")
+    with contextlib.suppress(KeyError):
+        if pwd.getpwnam("robotont").pw_dir == f"/{installation.STATE}":  # else a person was called so before
+            good = run([("userdel", "robotont")]) and good
     return 0 if run(AFTER_REMOVAL) and good else 1

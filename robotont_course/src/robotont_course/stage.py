@@ -195,10 +195,11 @@ def nodes():
 
 
 def published(robots):
-    """What other nodes than the robot's publish, with the types."""
+    """What other nodes than the robot's publish, with the types, but for where commands belong."""
     types = dict(rosgraph.Master("/exercise").getTopicTypes())
     return tuple(f"{topic} ({types.get(topic)})" for topic, found in graph()[0].items()
-                 if topic != "/rosout" and not robots.issuperset(found))
+                 if topic != "/rosout" and (topic, types.get(topic)) != ("/cmd_vel", "geometry_msgs/Twist")
+                 and not robots.issuperset(found))
 
 
 def where(printed, file):

@@ -130,14 +130,15 @@ def run_class(options):
     """Judge the programs of a folder one after the other; the exit status."""
     from robotont_course import picture
 
-    rows, drawn = [["exercise", "file", "result", "seconds", "way [m]", "touched at [s]", "stands at the end",
-                    "words"]], []
+    rows = [["exercise", "file", "result", "seconds", "way [m]", "touched at [s]", "stands at the end", "words"]]
+    drawn = []
     files = programs(options.folder)
     for number, file in enumerate(files, 1):
         print(f"{number} of {len(files)}: {file.name}", flush=True)
         run, faults = run_apart(options, file)
         touched, verdict = run and judge.touch(run), "no" if faults else "passed"
-        rows.append([options.name, file.name, verdict, f"{run.end if run else 0:.1f}", f"{judge.way(run) if run else 0:.2f}",
+        rows.append([options.name, file.name, verdict, f"{run.end if run else 0:.1f}",
+                     f"{judge.way(run) if run else 0:.2f}",
                      f"{touched[0]:.1f}" if touched else "", "yes" if run and judge.stands_for(run) > 0.5 else "no",
                      "; ".join(words_of(run, faults)) if faults else ""])
         drawn.append((run, faults, f"{file.name}: {verdict}" + ("" if faults else f", {run.end:.1f} s")))

@@ -22,7 +22,6 @@ def test_arguments_are_read_and_negative_numbers_are_no_options():
     (["eight", "2", "0"], "argument x: found 'eight', allowed: a number from -1000 to 1000 [m]"),
     (["2", "nan", "0"], "argument y: found 'nan'"), (["1001", "2", "0"], "argument x: found '1001'"),
     (["2", "2", "90"], "argument yaw: found '90', allowed: a number from -6.28 to 6.28 [rad], not degrees"),
-    (["2", "2"], "the following arguments are required: yaw"),
     (["2", "2", "0", "--patience", "-1"], "argument --patience: found '-1', allowed: a number from 0 to 1000000 [s]"),
 ])
 def test_wrong_arguments_end_with_status_2_and_what_is_allowed(capsys, words, fault):

@@ -4,7 +4,6 @@ import os
 import pwd
 import re
 import subprocess
-from types import SimpleNamespace
 
 import pytest
 from installing import files, install_robot, need
@@ -73,7 +72,9 @@ def test_a_workspace_that_the_services_may_not_enter_is_named_and_nothing_writte
     assert files(tmp_path) == ["closed"]
 
 
-def test_removal_stops_services_and_leaves_no_file_but_the_users_and_what_a_link_leads_to(tmp_path):
+def test_removal_stops_services_and_leaves_no_file_but_the_users_and_what_a_link_leads_to(tmp_path, monkeypatch):
+    homes = ["/home/robotont", "/var/lib/robotont"]  # of a person who was called so before; of our user
+    monkeypatch.setattr(pwd, "getpwall", lambda: [pwd.struct_passwd(("robotont", "x", 9, 9, "", homes.pop(), ""))])
     root, outside, ran = tmp_path / "root", tmp_path / "outside", []
     (outside / "black_box/run").mkdir(parents=True)
     (root / "etc/systemd/system").mkdir(parents=True)
@@ -87,26 +88,16 @@ def test_removal_stops_services_and_leaves_no_file_but_the_users_and_what_a_link
     (root / "var/lib/robotont").symlink_to(outside / "black_box")
     done = install_robot(root, "--remove", run=lambda commands: ran.extend(commands) or True)
     assert done.returncode == 0, done.stderr
-    assert ran[0] == ("systemctl", "stop", *reversed(UNITS))
+    assert (ran[0], ran[1]) == (("systemctl", "stop", *reversed(UNITS)), ("userdel", "robotont"))
     assert f"var/lib/robotont -> {outside}/black_box" in done.stdout
     assert [name for name in files(tmp_path) if name not in before and not (tmp_path / name).is_dir()] == []
     assert set(before) <= set(files(tmp_path))
     install_robot(root)
     (root / "var/lib/robotont/black_box").mkdir(parents=True)  # as systemd and the recorder do
     (root / "etc/robotont/page.pem").touch()
-    install_robot(root, "--remove")
+    install_robot(root, "--remove", run=lambda commands: ran.extend(commands) or True)
     assert [path.name for path in root.rglob("*robotont*")] == ["robotont"]
-    assert (root / "etc/robotont/page.pem").exists()
-
-
-@pytest.mark.parametrize("home, goes", [("/var/lib/robotont", True), ("/home/robotont", False)])
-def test_removal_leaves_a_person_who_was_called_robotont_before(home, goes, tmp_path, monkeypatch):
-    """Some robots' login user: systemd-sysusers left him as he was."""
-    monkeypatch.setattr(pwd, "getpwnam", lambda _name: SimpleNamespace(pw_dir=home))
-    ran = []
-    install_robot(tmp_path)
-    install_robot(tmp_path, "--remove", run=lambda commands: ran.extend(commands) or True)
-    assert (("userdel", "robotont") in ran) == goes
+    assert ((root / "etc/robotont/page.pem").exists(), ran.count(("userdel", "robotont"))) == (True, 1)
 
 
 @pytest.mark.parametrize("name", ["etc/robotont/robot.conf", "etc/systemd/system/robotont.service"])

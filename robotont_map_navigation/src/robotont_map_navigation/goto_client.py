@@ -84,9 +84,8 @@ class GoTo:
         self._stopped_by = self._pressed_by
         wait_for(lambda: self._map.message, LOOK_UP)
         floor_map = self._map.message and floor_map_of(self._map.message)
-        reason = floor_map and floor_map.frame == FRAME and floor_map.refusal(goal[:2], needed_radius())
-        if self._stopped_by:
-            reason = STOP.format(self._stopped_by)
+        refusal = floor_map and floor_map.frame == FRAME and floor_map.refusal(goal[:2], needed_radius())
+        reason = STOP.format(self._stopped_by) if self._stopped_by else refusal
         if self._trouble.message.data:
             return self._by_others()
         return Outcome(Status.REFUSED, f"refused: {reason}") if reason else None
@@ -179,9 +178,8 @@ class GoTo:
                         self._pose, elapsed)
         if found.status == Status.GAVE_UP:
             found = found._replace(words=found.words + self._cause("; "))
-        if self._trouble.message.data or found.status in (Status.GAVE_UP, Status.REPLACED):
-            return self._by_others() or found
-        return found
+        may_be_theirs = self._trouble.message.data or found.status in (Status.GAVE_UP, Status.REPLACED)
+        return (may_be_theirs and self._by_others()) or found
 
     def _by_others(self):
         """The Outcome of a goal that must not go on, whatever becomes of it at move_base; None where it may."""

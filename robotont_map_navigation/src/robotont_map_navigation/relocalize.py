@@ -45,8 +45,7 @@ class Relocalize:
                             ("odometry", self._place), ("amcl", self._pose.get_num_connections),
                             ("cmd_vel_mux", lambda: self._driver.message)):
             if not wait_for(there, WAIT):
-                return Outcome(Status.NOT_THERE,
-                               f"no {what} within {WAIT:g} s: do robot.launch and navigation.launch run?")
+                return Outcome(Status.NOT_THERE, f"no {what} in {WAIT:g} s: do robot.launch and navigation.launch run?")
         del self._scans[:]
         return self._turn() or self._find()
 

@@ -1,7 +1,6 @@
 """./robotont install-robot: the services that start Robotont at boot, and names for its boards."""
 
 import argparse
-import contextlib
 import importlib.util
 import ipaddress
 import os
@@ -139,7 +138,6 @@ def _remove():
         return 1
     good = run([("systemctl", "stop", *reversed(units))])
     print(f"removed, under {ROOT}:", *installation.remove(ROOT, _udev_rules()), sep="\n  ")
-    with contextlib.suppress(KeyError):
-        if pwd.getpwnam("robotont").pw_dir == f"/{installation.STATE}":  # else a person was called so before
-            good = run([("userdel", "robotont")]) and good
-    return 0 if run(AFTER_REMOVAL) and good else 1
+    ours = ("robotont", f"/{installation.STATE}")  # a person who was called so before has another home
+    users = [("userdel", ours[0]) for user in pwd.getpwall() if (user.pw_name, user.pw_dir) == ours]
+    return 0 if run((*users, *AFTER_REMOVAL)) and good else 1

@@ -9,7 +9,14 @@ import pytest
 import rospy
 from guarded_drive import AROUND, CAMERA, LIMITS, SCAN_BOUNDS, SPEEDS, GuardedDrive
 
-from robotont_simulator.world import box, read_world
+from robotont_boards import Robotont2Board
+from robotont_driver.command.command_stream import CommandStream
+from robotont_driver.kinematics.kinematics import Kinematics
+from robotont_driver.protocol.official_boards import STOP as ZEROS
+from robotont_driver.protocol.official_boards import BoardWheels
+from robotont_driver.robots.robot_folder import read_robot
+from robotont_simulator.simulated_board import make_simulation
+from robotont_simulator.world import World, box, read_world
 from robotont_teleop.mux.guard_sensors import SensingGuard
 from robotont_testing import places
 
@@ -30,6 +37,43 @@ def test_a_heavy_robot_and_one_of_high_limits_stop_before_a_wall(mass, limit, sp
     assert drive.drive((speed, 0.0, 0.0), 6.0) > 0.9 * speed
     assert not drive.touched
     assert drive.nearest > SIDE
+
+
+class Robotont2Run:
+    """Drives a simulation by twists, one each 0.02 s, through the makers' firmware of generation 2."""
+
+    def __init__(self, simulation, wheels):
+        self._board, self._wheels, self.kinematics = Robotont2Board(simulation), BoardWheels(wheels), Kinematics(wheels)
+        self._ticks = 0
+
+    def drive(self, twists):
+        for twist in twists:
+            self._ticks += 1
+            if self._ticks % 2:  # it takes a line each 0.03 s
+                speeds = self._wheels.board_speeds(self.kinematics.units_of_twist(twist))
+                self._board.receive(b"MS:%.4f:%.4f:%.4f\n" % tuple(speeds) if any(twist) else ZEROS, self._board.now)
+            self._board.advance(self._board.now + guarded_drive.PERIOD)
+
+
+@pytest.mark.parametrize("gap", [0.18, 0.21, 0.3])
+def test_a_hand_lets_go_before_a_wall_and_generation_2_which_rolls_out_does_not_touch_it(gap, monkeypatch):
+    wheels, wall = read_robot("robotont2").wheels._replace(mass=5.0), box(1.5, 0.0, 0.1, 4.0, 0.0)
+    given = {"serial_com_node/packets": "robotont2"}
+    monkeypatch.setattr(rospy, "get_param", lambda name, default: given.get(name, default))
+    drive, sensing = GuardedDrive([wall], (0.0, 0.0, 0.0)), SensingGuard.__new__(SensingGuard)
+    sensing.measure(wheels)
+    drive.guard._braking, drive.guard._body = sensing._braking, sensing._body
+    drive.simulation = make_simulation("robotont2", wheels, World((wall,), (0.0, 0.0, 0.0)), 0)
+    drive._run = Robotont2Run(drive.simulation, wheels)
+    limits = LIMITS._replace(wheel_speed=Robotont2Board.SPEED_LIMIT)
+    drive._stream = CommandStream(drive._run.kinematics, limits, 0.5, guarded_drive.PERIOD)
+    drive.drive(STOP, 0.5)
+    fastest = 0.0
+    while drive.gap() > gap and drive.now < 110.0:
+        fastest = max(fastest, drive.drive((0.5, 0.0, 0.0), guarded_drive.PERIOD))
+    drive.drive(STOP, 3.0)
+    assert fastest > 0.3
+    assert not drive.touched
 
 
 def obstacle(kind, way, chance):

@@ -55,10 +55,12 @@ class Robotont2Run:
             self._board.advance(self._board.now + guarded_drive.PERIOD)
 
 
-@pytest.mark.parametrize("gap", [0.18, 0.21, 0.3])
-def test_a_hand_lets_go_before_a_wall_and_generation_2_which_rolls_out_does_not_touch_it(gap, monkeypatch):
+@pytest.mark.parametrize("gap, named_by", [(0.18, "serial_com_node/packets"), (0.21, "serial_com_node/packets"),
+                                           (0.21, "robot"), (0.3, "serial_com_node/packets")])
+def test_a_hand_lets_go_before_a_wall_and_generation_2_which_rolls_out_does_not_touch_it(gap, named_by, monkeypatch):
+    """named_by: the parameter that robot.launch gives the robot, or driver_basic.launch, which recognises the board."""
     wheels, wall = read_robot("robotont2").wheels._replace(mass=5.0), box(1.5, 0.0, 0.1, 4.0, 0.0)
-    given = {"serial_com_node/packets": "robotont2"}
+    given = {named_by: "robotont2"}
     monkeypatch.setattr(rospy, "get_param", lambda name, default: given.get(name, default))
     drive, sensing = GuardedDrive([wall], (0.0, 0.0, 0.0)), SensingGuard.__new__(SensingGuard)
     sensing.measure(wheels)

@@ -1,6 +1,7 @@
 """The ROS side of the guard: what it is made of, and what it hears, each sensor in its own thread."""
 
 import contextlib
+from functools import partial
 
 import rospy
 import tf2_ros
@@ -39,14 +40,16 @@ class SensingGuard(Guard):
         self.measure(wheels)
         self._frames = tf2_ros.BufferCore()
         for topic, kind, callback in (("/tf_static", TFMessage, self._on_static), ("odom", Odometry, self._on_odom),
-                                      ("range", Range, self._on_range), ("scan", LaserScan, self._on_scan)):
+                                      ("range", Range, partial(self._take, "range")),
+                                      ("scan", LaserScan, partial(self._take, "scan"))):
             self._scan = rospy.Subscriber(topic, kind, callback, queue_size=16, tcp_nodelay=True)  # the last one is its
 
     def measure(self, wheels):
         """Another robot may run by now."""
         limits = [rospy.get_param(f"driver_node/max_linear_{limit}eleration", 0.0) for limit in ("acc", "dec")]
         force = wheels.amount * wheels.motor.stall_torque * wheels.gear / max(wheels.radii) / 4  # [N] that brake it
-        most = ROLLING if rospy.get_param("serial_com_node/packets", "") == "robotont2" else DECELERATION
+        board = rospy.get_param("serial_com_node/packets", rospy.get_param("robot", ""))  # driver_basic.launch: robot
+        most = ROLLING if board == "robotont2" else DECELERATION
         self._braking = min([most, force / wheels.mass, *(one for one in limits if is_number(one) and one > 0)])
         self._base_frame = str(rospy.get_param("odom_node/base_frame", "base_link")).lstrip("/")
         self._body, self._reaction = body(wheels), max(REACTION, PERIODS / wheels.pid_frequency)
@@ -61,12 +64,6 @@ class SensingGuard(Guard):
     def _on_odom(self, message):
         twist = message.twist.twist
         self.moves((twist.linear.x, twist.linear.y, twist.angular.z), boot_time())
-
-    def _on_scan(self, scan):
-        self._take("scan", scan)
-
-    def _on_range(self, reading):
-        self._take("range", reading)
 
     def _take(self, topic, reading):
         frame, stamp, now = reading.header.frame_id.lstrip("/"), reading.header.stamp, boot_time()

@@ -12,7 +12,7 @@ from move_base_msgs.msg import MoveBaseActionFeedback
 from robotont_map_navigation.readings import Newest
 
 ARRIVED = 0.02  # [m] from the goal's place, where it arrives: xy_goal_tolerance of dwa_local_planner.yaml
-STAYS = 0.06    # [m] and where it stays, until the next goal
+STAYS = 0.04    # [m] and where it stays, until the next goal
 
 
 class Arrival:

@@ -18,7 +18,7 @@ from robotont_teleop.hand.sensor_view import reading_of
 from robotont_teleop.mux.guard import PERIODS, REACTION, Guard
 
 DECELERATION = 1.5  # [m/s^2] at most; less where the driver has a lower limit, or the robot is heavy
-ROLLING = 0.3       # [m/s^2] of the makers' generation 2, whose board at zeros takes the current away
+ROLLING = 1.0       # [N] that stop the makers' generation 2, whose board at zeros takes the current away
 
 
 def make_guard(blind_speed, guard=None):
@@ -49,7 +49,7 @@ class SensingGuard(Guard):
         limits = [rospy.get_param(f"driver_node/max_linear_{limit}eleration", 0.0) for limit in ("acc", "dec")]
         force = wheels.amount * wheels.motor.stall_torque * wheels.gear / max(wheels.radii) / 4  # [N] that brake it
         board = rospy.get_param("serial_com_node/packets", rospy.get_param("robot", ""))  # driver_basic.launch: robot
-        most = ROLLING if board == "robotont2" else DECELERATION
+        most = ROLLING / wheels.mass if board == "robotont2" else DECELERATION
         self._braking = min([most, force / wheels.mass, *(one for one in limits if is_number(one) and one > 0)])
         self._base_frame = str(rospy.get_param("odom_node/base_frame", "base_link")).lstrip("/")
         self._body, self._reaction = body(wheels), max(REACTION, PERIODS / wheels.pid_frequency)

@@ -167,8 +167,7 @@ class Held:
         self._told.publish(words)
 
     def _report(self):
-        values = {"driven by": self._driver.message.data}
-        return (ERROR, self._words, values) if self._words else (OK, "as commanded", values)
+        return ERROR if self._words else OK, self._words or "as commanded", {"driven by": self._driver.message.data}
 
 
 def _twist(message):

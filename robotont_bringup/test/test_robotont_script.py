@@ -286,7 +286,7 @@ def test_a_build_goes_to_another_folder_where_nobody_else_may_write_and_needs_no
     assert not [path for path in made if path.stat().st_mode & 0o022]
     assert not list(work.glob("*/bin/python"))
     (folder / ".build" / "tools" / "lib" / "python3.11" / "site-packages").mkdir(parents=True)  # the tests' tools
-    assert "tools" not in functions(folder, "environment; echo $PYTHONPATH:$PATH").stdout
+    assert f"{folder}/.build/tools" not in functions(folder, "environment; echo $PYTHONPATH:$PATH").stdout
 
 
 def test_half_a_virtual_environment_is_made_anew_and_the_callers_own_does_not_count(tmp_path):

@@ -44,8 +44,7 @@ def test_wrong_arguments_end_with_status_2_and_what_is_allowed(capsys, words, fa
     ("REJECTED", "", None, Status.GAVE_UP, "move_base gave up (REJECTED): no reason given"),
     ("LOST", "", None, Status.NOT_THERE, "move_base died after 31.2 s and was started again: send the goal again"),
     ("PREEMPTED", "", None, Status.REPLACED,
-     "cancelled by another client, or another goal took its place, after 31.2 s"),
-])
+     "cancelled by another client, or another goal took its place, after 31.2 s")])
 def test_every_end_has_a_status_and_words(state, text, pose, status, words):
     assert outcome(state, text, GOAL, pose, 31.2) == (status, words)
 

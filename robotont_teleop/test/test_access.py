@@ -51,10 +51,8 @@ def test_the_right_token_and_its_cookie_come_in():
     ("192.168.1.5:8100", "192.168.1.5", (), True), ("192.168.1.5:8100", "::ffff:192.168.1.5", (), True),
     ("robot.local:8100", "192.168.1.5", ("robot.local",), True),
     ("ROBOT.local:8100", "192.168.1.5", ("robot.local",), True),
-    ("evil.example:8100", "127.0.0.1", ("robot.local",), False),
-    ("localhost.evil.example", "127.0.0.1", (), False),
-    (None, "127.0.0.1", (), False), ("[::1", "127.0.0.1", (), False),
-])
+    ("evil.example:8100", "127.0.0.1", ("robot.local",), False), ("localhost.evil.example", "127.0.0.1", (), False),
+    (None, "127.0.0.1", (), False), ("[::1", "127.0.0.1", (), False)])
 def test_hosts(host, own, names, allowed):
     assert host_allowed(host, own, names) is allowed
 

@@ -28,6 +28,7 @@ def test_a_heavy_robot_and_one_of_high_limits_stop_before_a_wall(mass, limit, sp
     drive.guard._braking = sensing._braking
     drive.drive(STOP, 0.5)
     assert drive.drive((speed, 0.0, 0.0), 6.0) > 0.9 * speed
+    assert not drive.touched
     assert drive.nearest > SIDE
 
 
@@ -66,6 +67,7 @@ def test_hands_stop_before_walls_corners_posts_and_chair_legs(drives):
         fastest = drive.drive((speed * math.cos(bearing), speed * math.sin(bearing), 0.0), 2.5 / speed + 1.0)
         print(number, kind, speed, f"{fastest:.2f} m/s, gap {drive.gap():.3f} m, {drive.guard.held}")
         assert fastest > 0.95 * speed
+        assert not drive.touched
         assert SIDE <= drive.nearest <= drive.gap() + 0.005 <= 0.185
 
 

@@ -18,7 +18,7 @@ from robotont_teleop.hand.sensor_view import reading_of
 from robotont_teleop.mux.guard import PERIODS, REACTION, Guard
 
 DECELERATION = 1.5  # [m/s^2] at most; less where the driver has a lower limit, or the robot is heavy
-ROLLING = 1.0       # [N] that stop the makers' generation 2, whose board at zeros takes the current away
+ROLLING = 1.0       # [N] that stop the makers' generation 2: at zeros its board, simulated, takes the current away
 
 
 def make_guard(blind_speed, guard=None):

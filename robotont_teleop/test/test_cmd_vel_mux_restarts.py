@@ -44,7 +44,7 @@ def test_its_end_is_a_zero_and_an_emergency_stop_outlives_it():
             assert not packets[-1]
         program = places.program("robotont_teleop", "cmd_vel_mux")
         mux = master.start(program)
-        wait_for(lambda: packets and packets[-1], "motion")
+        wait_for(lambda: packets and packets[-1] and drivers and any(commands), "motion, heard of from all three")
         master.stop(mux, signal.SIGTERM)  # amid commands
         wait_for(lambda: commands[-1] == 0.0, "the zero")
         button.publish(True)

@@ -10,7 +10,7 @@ from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.protocol.connection import Connection
 from robotont_driver.robots.battery import Battery
 from robotont_driver.ros import link_report
-from robotont_driver.ros.diagnostics import OK, WARN
+from robotont_driver.ros.diagnostics import ERROR, OK, WARN
 from robotont_testing.robots import SHIPPED
 from robotont_testing.stand_in_board import identity, sealed
 
@@ -83,3 +83,15 @@ def test_packets_of_the_first_tenths_of_a_second_are_packets(monkeypatch):
         line.connection.feed(b"1:2:3;\n" + sender.packet(), clock[0])
     assert report.report_link()[:2] == (WARN, "20 lines dropped since the last report, the newest: "
                                         "no valid trailer in '1:2:3;'; check cable and baudrate")
+
+
+def test_a_fault_of_the_board_is_logged_when_it_comes(monkeypatch):
+    logged, line, errors = [], link(), []
+    monkeypatch.setattr(link_report.rospy, "logerr", lambda words, *values: logged.append(words % values))
+    line.connection = types.SimpleNamespace(obstacle="no board of this robot", protocol=types.SimpleNamespace(
+        report_board=lambda: (errors, [], {})))
+    report = link_report.LinkReport(line, types.SimpleNamespace(refused=0), Battery(None))
+    for now in "stuck", "stuck, odd", "", line.connection.obstacle, "odd":
+        errors[:] = [now] if now else []
+        assert report.report_board()[0] == ERROR
+    assert logged == ["the board: stuck", "the board: odd"]

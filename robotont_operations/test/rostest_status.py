@@ -10,6 +10,7 @@ import tarfile
 import rospy
 import rostest
 
+from robotont_driver.ros.version import version
 from robotont_testing import places
 from robotont_testing.harness import START, wait_for
 from robotont_testing.node_test import OK, NodeTest
@@ -32,7 +33,8 @@ class StatusTest(NodeTest):
         self.a_report_has_the_graph_and_own_parameters()
         done = self.run_tool("status")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        for words in ("nodes", "link", "board", "command stream", "config/robots/thesis", "packets/s, checked"):
+        for words in ("nodes", "link", "board", "command stream", f"config/robots/thesis, version {version()}",
+                      "packets/s, checked"):
             self.assertIn(words, done.stdout)
         for uri, words in (("http://127.0.0.1:9", "no ROS master"),
                            (self.processes.uri.replace("http:", "https:"), "allowed: http://HOST:PORT")):

@@ -63,11 +63,12 @@ def newest_diagnostics(duration):
 
 
 def robots_of(alive):
-    """{namespace, with slashes: folder of the robot that a launch file has started there}."""
+    """{namespace, with slashes: folder of the robot that a launch file has started there, and the version}."""
     found = {}
     for space in {node.rpartition("/")[0] + "/" for node in alive}:
         with contextlib.suppress(*probes.RPC_ERRORS, rosgraph.MasterException):
-            found[space] = str(rosgraph.Master(CALLER).getParam(space + "robot"))
+            found[space] = ", version ".join(str(rosgraph.Master(CALLER).getParam(space + name))
+                                             for name in ("robot", "version"))
     return found
 
 

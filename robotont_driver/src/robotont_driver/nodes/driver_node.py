@@ -20,6 +20,7 @@ from robotont_driver.protocol.protocol import Packet, format_packet
 from robotont_driver.ros.diagnostics import OK, WARN, Health, robot_name
 from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_driver.ros.server_parameters import KeptParameter, kept_names
+from robotont_driver.ros.version import version
 from robotont_driver.rospy_repairs.rospy_internals import connection_header, connection_numbers
 from robotont_driver.rospy_repairs.topic_reconnection import Reconnector, is_local
 
@@ -61,6 +62,7 @@ class DriverNode:
         self._stream = CommandStream(Kinematics(wheels), limits, parameters["cmd_timeout"], self._period,
                                      kept_names(HELD), boot_time())
         self._emergency_stop = EmergencyStop(rospy.get_param(PRESSED_BY, ()))
+        rospy.set_param("version", version())
         self._stream.emergency_stop(self._emergency_stop.pressed, boot_time())
         self._buttons = rospy.resolve_name("emergency_stop")  # the topic
         self._lock = threading.Lock()

@@ -20,6 +20,7 @@ class LinkReport:
         self._connection, self._rate = None, Rate(0.0)
         self._seen = NONE  # lines dropped, packets, repaired ones, restarts and doubts up to the last report
         self._told = 0     # messages refused, likewise
+        self._fault = ""   # what the board has said of itself
 
     def report_link(self):
         """Level, words and values of the line."""
@@ -85,6 +86,9 @@ class LinkReport:
         errors, warnings, values = [], [], {}
         if connection and connection.protocol:
             errors, warnings, values = connection.protocol.report_board()
+            before, self._fault = self._fault, " / ".join(one for one in errors if one != connection.obstacle)
+            if self._fault and not before:
+                rospy.logerr("the board: %s", self._fault)
         if self._link.trouble:
             return WARN, "the port is closed", values
         if connection.obstacle and connection.obstacle not in errors:

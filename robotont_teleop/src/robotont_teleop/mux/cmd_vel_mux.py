@@ -42,6 +42,7 @@ NAVIGATION_REST = 1.0    # [s] after the last motion by navigation, before the d
 DEFAULT_TIMEOUT = 0.5    # [s] without a command of the default, after which the robot stops
 HELD = 1.0               # [s] for which it is told what was in the way
 LOOK_PERIOD = 0.02       # [s] between two looks at who has fallen silent, at most
+GUARD_PERIOD = 0.1       # [s] between two looks at what the guard has to tell
 LONGEST_STAND = 2.0      # [s] for which navigation can be told to stand; more is a mistake
 BARRED = 1.0             # [s] for which a way is barred to navigation, when nothing more is heard of it
 ASIDE, STRAIGHT = 0.4, 0.9  # cosines of the angle to that way: less and a motion passes it, more and it tries
@@ -87,7 +88,8 @@ class CmdVelMux:
         RepeatingThread(self._look_for_others)
         self._health = Health(robot_name(), {"who drives": self._report,
                                              **({"guard": self._report_guard} if self._blind_speed >= 0.0 else {})})
-        RepeatingThread(self._look)  # last: it tells the diagnostics at once what a sensor has that came before it
+        RepeatingThread(self._look)
+        RepeatingThread(self._watch_guard)  # last: it tells the diagnostics what a sensor has that came before it
 
     def _on_command(self, name, message):
         linear, angular = message.linear, message.angular
@@ -140,7 +142,6 @@ class CmdVelMux:
             self._arrivals.gaps.tick(now)
             self._send(self._arbiter.look(now) or self._slower(now))
             left = self._arbiter.time_left(now)
-        self._watch_guard()
         self._tell_driver()
         return LOOK_PERIOD if left is None else min(left, LOOK_PERIOD)
 
@@ -166,11 +167,12 @@ class CmdVelMux:
         return [twist if boot_time() - now < self._timeouts["hand"] else STOP]  # this process may have been stopped
 
     def _watch_guard(self):
-        """Tell at once that something is in the way, or that a sensor cannot be used."""
+        """Tell soon that something is in the way, or that a sensor cannot be used; returns the time to rest."""
         worries = self._blind_speed >= 0.0 and self._report_guard()[0] != OK
         if worries != self._guard_worries:
             self._guard_worries = worries
             self._health.publish_now()
+        return GUARD_PERIOD
 
     def _tell_driver(self):
         with self._lock:

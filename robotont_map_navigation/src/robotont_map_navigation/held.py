@@ -6,7 +6,6 @@ import threading
 import time
 from collections import deque
 
-import numpy as np
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, Twist, Vector3
@@ -49,8 +48,8 @@ class HoldWatch:
     """
 
     def __init__(self, radius):
-        self._weights = 1.0, 1.0, radius  # [1, 1, m]: a turn counts by the speed of the wheels
-        self._commands = deque([(-math.inf, np.zeros(3))], MOST_COMMANDS)  # (time, speeds [m/s]), the newest last
+        self._radius = radius
+        self._commands = deque([(-math.inf, NOTHING)], MOST_COMMANDS)  # (time, speeds [m/s]), the newest last
         self._measured = -math.inf, -math.inf  # (stamp, time of arrival) of the newest twist
         self._since = None                  # as above, since when the robot does not move as commanded
         self._stands_until = -math.inf
@@ -58,7 +57,10 @@ class HoldWatch:
 
     def command(self, twist, now):
         """What goes out to the wheels for navigation; (0, 0, 0) where something else drives."""
-        self._commands.append((now, np.multiply(twist, self._weights)))
+        self._commands.append((now, self._speeds(twist)))
+
+    def _speeds(self, twist):
+        return twist[0], twist[1], twist[2] * self._radius  # [m/s]: a turn counts by the speed of the wheels
 
     def measure(self, twist, stamp, now):
         """(whether to stand for STAND, why the motion ends or "") by a twist, the mean since the stamp before."""
@@ -72,8 +74,8 @@ class HoldWatch:
         while len(self._commands) > 1 and self._commands[1][0] <= before[0] - LAG:
             self._commands.popleft()  # the first one left is that which counted then
         length = math.hypot(*newest) or 1.0  # [m/s]; a command of nothing asks for nothing
-        asked = min(np.dot(speeds, newest) for _, speeds in self._commands) / length
-        moved = np.dot(np.multiply(twist, self._weights), newest) / length
+        asked = min(_dot(speeds, newest) for _, speeds in self._commands) / length
+        moved = _dot(self._speeds(twist), newest) / length
         if asked < LEAST or moved >= MOVES * asked:
             self._since = None
             self._way += max(0.0, moved) * step
@@ -137,7 +139,7 @@ class Held:
             age = max(0.0, (rospy.Time.now() - message.header.stamp).to_sec())  # another computer's clock may be ahead
             measured = _twist(message.twist.twist)
             x, y, yaw = pose_of(message.pose.pose)
-            lost = complex(*np.subtract(self._command, measured)[:2])  # [m/s]: towards what holds the robot ...
+            lost = complex(*self._command[:2]) - complex(*measured[:2])  # [m/s]: towards what holds the robot ...
             lost *= abs(lost) > LEAST  # ... if it is not a turn that is held
             stand, words = self._watch.measure(measured, now - age, now)
         place, turned = complex(x, y), cmath.rect(1.0, yaw)
@@ -168,6 +170,10 @@ class Held:
 
     def _report(self):
         return ERROR if self._words else OK, self._words or "as commanded", {"driven by": self._driver.message.data}
+
+
+def _dot(one, other):
+    return sum(a * b for a, b in zip(one, other))
 
 
 def _twist(message):

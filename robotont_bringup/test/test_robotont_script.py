@@ -166,6 +166,11 @@ def test_update_without_tags_takes_the_newest_commit_and_says_so(tmp_path):
     assert git(robot, "rev-parse", "HEAD") == git(home, "rev-parse", "HEAD")
     assert robotont(robot, "update", before).returncode == 0
     assert git(robot, "rev-parse", "--short", "HEAD") == before
+    assert not (robot / ".build/restart").exists(), "no service waits for it"
+    script = home / "robotont"
+    script.write_text(script.read_text().replace("\n  update  ", "\n  upgrade "))
+    git(home, "commit", "-am", "knows no update")
+    assert f"back: git checkout {before} && ./robotont build" in robotont(robot, "update").stdout
 
 
 def test_a_shell_finds_our_packages_whatever_the_users_bashrc_puts_before_them(tmp_path):

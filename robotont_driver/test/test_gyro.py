@@ -114,6 +114,16 @@ def test_a_gyro_is_refused_by_its_reason_or_leaves_the_pose_within_its_covarianc
         assert nees < chi2.ppf(0.99, 3 * seeds) / seeds
 
 
+@pytest.mark.parametrize("moves", [(0.3, 0.0, 0.0), (0.0, 0.0, 0.0)], ids=["straight on", "at rest"])
+def test_a_gyro_is_judged_by_the_way_turned_however_seldom_the_robot_turns(moves):
+    turn = [np.tile(twist, (round(seconds / PERIOD), 1)) for twist, seconds in ((moves, 30.0), ((0.0, 0.0, 1.0), 1.57))]
+    wished, rng, run = np.concatenate([np.zeros((STANDS, 3)), *3 * turn])[None], np.random.default_rng(1), Run()
+    run.twists = physics.behind(wished, 0.03, 0.03)
+    counts = physics.encoders(rng, BASE, run.twists, 0.005)[0]
+    run.take(counts, physics.gyro(rng, run.truth[:, 2], fault={"scale": -1}), (wished[0] @ UNITS).tolist())
+    assert "measures -1.0" in run.words[-1]
+
+
 def test_a_unit_of_degrees_is_never_steady_enough_to_learn_a_bias():
     run = Run()
     run.take(np.zeros((600, 3)), physics.gyro(np.random.default_rng(1), np.zeros(600), sigma=0.2))

@@ -70,9 +70,21 @@ def test_the_wall_clock_is_set(step, words):
     assert (clock.restarts, clock.event) == (0, "the clock was set " + words)
 
 
-@pytest.mark.parametrize("numbered", [True, False])
-@pytest.mark.parametrize("step, packets", [(3600.0, 0), (-3600.0, 0), (-80.0, 0), (0.2, 4), (-0.2, 0)], ids=str)
-def test_the_only_clock_is_set(step, packets, numbered):
+@pytest.mark.parametrize("stall", [0.14, 0.2, 0.3, 0.4])
+def test_numbered_packets_that_wait_are_stamped_as_made_however_slowly_their_queue_is_read(stall):
+    """One packet in 18 ms: that takes up to 4 s; the simulator makes up for a stall as slowly."""
+    times = made(3000)
+    at = np.maximum(times, times[2000] + stall + 0.018 * (np.arange(3000) - 2000))
+    at = np.where(np.arange(3000) < 2000, times, at) + 1e-3
+    clock = OdometryStamps(PERIOD)
+    assert np.abs(stamps(at, np.arange(3000), clock=clock) - times)[100:].max() < 2e-3
+    assert clock.restarts == 0
+
+
+@pytest.mark.parametrize("step, numbered, packets", [
+    *((step, numbered, 0) for step in (3600.0, -3600.0, -80.0, -0.2) for numbered in (True, False)),
+    (0.2, False, 4), (0.2, True, 51)], ids=str)  # with numbers it may be a queue, for a second
+def test_the_only_clock_is_set(step, numbered, packets):
     """Simulated time, or a steady clock that is none: the stamps follow within so many packets."""
     times = made(2000) + 4000.0
     times[1000:] += step

@@ -2,7 +2,7 @@
 
 import time
 
-from robotont_driver.link import serial_port, which_robot
+from robotont_driver.link import serial_port
 from robotont_driver.link.which_robot import main
 
 
@@ -17,12 +17,14 @@ def test_it_names_the_launch_line_and_sends_nothing(official_board, capsys):
     assert port.heard == []
 
 
-def test_without_a_port_it_listens_to_each_that_there_is(official_board, capsys, monkeypatch):
+def test_without_a_port_it_listens_to_each_that_there_is(official_board, capsys, monkeypatch, tmp_path):
     port = official_board("robotont2")
-    monkeypatch.setattr(which_robot, "serial_ports", lambda: [port.link, port.link])
+    (tmp_path / "robotont").symlink_to(port.link)
+    monkeypatch.setattr(serial_port.glob, "glob", lambda path: [str(tmp_path / "robotont"), port.link]
+                        if "robotont" in path else [])
     assert main(["--seconds", "20"]) == 0
     assert capsys.readouterr().out.count("robot:=robotont2 port:=") == 1
-    monkeypatch.setattr(which_robot, "serial_ports", lambda: [])
+    monkeypatch.setattr(serial_port.glob, "glob", lambda path: [])
     assert main([]) == 1
     assert "there is no serial port" in capsys.readouterr().err
 

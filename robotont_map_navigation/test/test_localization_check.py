@@ -48,9 +48,18 @@ def says(found, expected):
 @pytest.mark.parametrize("ranges, expected", [
     (ALL, WELL), (HALF, FILLS), (np.minimum(ALL, 0.4), (WARN, "the map explains 0% of the scan's rays, the others")),
     (GONE, (WARN, "go through its walls: the room has changed, or the pose is wrong")),
-    (np.full(90, math.nan), (OK, "nothing to compare")), (None, (WARN, "no scan for 4 s: does its sensor run?"))])
+    (np.full(90, math.nan), (OK, "nothing to compare")), (None, (WARN, "no scan yet: does its sensor run?"))])
 def test_what_is_seen_from_a_right_pose_is_no_trouble(monitor, ranges, expected):
     says(monitor.look(ranges), expected)
+    assert monitor.sent["navigation/stand"] == []
+
+
+def test_navigation_stands_while_a_scan_that_has_come_is_gone_whoever_tells_the_pose(monitor):
+    monitor.look()
+    says(monitor.look(None), (WARN, "no scan for 4 s: does its sensor run? Navigation stands until it comes again"))
+    assert [stand.data for stand in monitor.sent["navigation/stand"]] == [1.0] * 7, "from the second on"
+    monitor.look()
+    assert len(monitor.sent["navigation/stand"]) == 7
 
 
 def test_what_the_map_lacks_is_no_fault_until_the_robot_has_driven_with_it_for_long(monitor):

@@ -89,7 +89,7 @@ def test_where_nobody_listens_the_line_says_what_to_do(keys, monkeypatch):
     monkeypatch.setattr(keyboard_teleop.rospy, "resolve_name", "/robot1/{}".format)
     keys.connections["cmd_vel/hand"] = 0
     keys.type()
-    assert keys.line == "no cmd_vel_mux on /robot1/cmd_vel/hand yet; if it stays so: Esc, keys again"
+    assert keys.line == "no cmd_vel_mux on /robot1/cmd_vel/hand yet: Esc and keys again, or keys __ns:=/NAME"
     keys.connections["cmd_vel/hand"] = 1
     keys.type(" ")
     assert "THE ROBOT HAS NOT CONFIRMED" in keys.line, "nobody has heard the stop"

@@ -70,20 +70,20 @@ def show_next_steps(arguments):
         time.sleep(0.5)
     master = os.environ.get("ROS_MASTER_URI", "")
     print(NEXT_STEPS.format(
-        page=page, robotont=ROBOTONT, namespace=namespace, navigation=navigation_step(given),
+        page=page, robotont=ROBOTONT, namespace=namespace, navigation=navigation_step(given, name),
         remapping=f" __ns:=/{name}" if name else "", argument=f" --namespace {name}" if name else "",
         master="" if master in USUAL_MASTER else f", after  export ROS_MASTER_URI={master}"), flush=True)
 
 
-def navigation_step(given):
-    """How to navigate in a world that has a map, where the navigation stack is installed; empty elsewhere.
+def navigation_step(given, name):
+    """How to let a robot `name`, or "", navigate in a world that has a map, with the navigation stack; else empty.
 
     By the ground truth: amcl would begin at the world's start, wherever the robot has been driven since.
     """
     if given.get("world", "empty") == "empty" or "move_base" not in rospkg.RosPack().list():
         return ""
-    arguments = " ".join(["localization:=fake", *(f"{name}:={given[name]}" for name in ("world", "namespace")
-                                                  if name in given)])
+    arguments = "localization:=fake map:=none"  # the simulator publishes the world's own
+    arguments += f" namespace:={name}" if name else ""
     return NAVIGATION.format(robotont=ROBOTONT, arguments=arguments)
 
 

@@ -1,6 +1,6 @@
 """What the firmware is told: the robot, its motors, limits and times; the wiring profile comes from pin_profile.py.
 
-`robot_numbers` makes every gain, limit and time of the loop from these; the simulator fills robot and motors in from
+`robot_numbers` makes the loop's gains, limits and times from these; the simulator fills robot and motors in from
 the robot's folder. A profile may replace any number here by one of its own with the same name. The motor is Pololu's
 37D at 12 V. An *effort* of 4000 is the whole battery voltage, 100 % PWM. Efforts are for 12 V, and BATTERY scales
 all but MAX_EFFORT and TEST_EFFORT.
@@ -43,7 +43,7 @@ WATCHDOG = 300  # [ms] without a finished period: the board resets
 # One wheel driven on its own while no commands come, by the order `!test` (./robotont wheels --bring-up).
 TEST_EFFORT = 400  # [effort] 10 %; 1000 at most
 TEST_SPEED = 300  # [1/1000 of the no-load speed] the board ends a drive that is faster
-TEST_TIME = 500  # [ms] whatever the PC does
+TEST_TIME = 500  # [ms] from the newest order to test a wheel
 
 BAUDRATE = 115200  # to the PC: USART2, the ST-Link's virtual port, shared with the REPL
 

@@ -1,6 +1,6 @@
 """Wiring profile "ours": a NUCLEO-L476RG wired as in docs/firmware.md. This is NOT how Robotont is wired.
 
-`./robotont flash --profile NAME` copies pin_profile_NAME.py to the board as pin_profile.py. A profile is all that
+`./robotont flash --profile NAME` puts pin_profile_NAME.py on the board as pin_profile.mpy. A profile is all that
 depends on the electronics; motor by motor, in the order of the packets' fields.
 """
 

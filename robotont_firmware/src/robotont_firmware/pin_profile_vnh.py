@@ -6,4 +6,4 @@ PROFILE = "vnh"
 DESCRIPTION = "as ours, with VNH2SP30 or VNH5019 motor drivers"
 
 STATIC = 400  # [effort] friction, and the drop of the diode through which current goes on in the off phase
-TEST_EFFORT = 600  # [effort] turns a free wheel at 11 units, as 400 do with drivers that brake
+TEST_EFFORT = 600  # [effort] turns a free wheel at 11 units; 400 do at 13 with drivers that brake

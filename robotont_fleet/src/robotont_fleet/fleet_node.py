@@ -125,7 +125,7 @@ class FleetNode:
         kind = order["kind"]
         if kind == "pressed_by":
             if not self._robot.emergency_stop.pressed:  # somebody has released it
-                self._held = []
+                self._held, self._note = [], ""
         elif kind == "stop":
             self._stop(order["number"])
         elif kind == "cancel":

@@ -9,7 +9,7 @@ import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
 from sensor_msgs.msg import LaserScan
-from std_msgs.msg import String
+from std_msgs.msg import Float32, String
 
 from robotont_driver.kinematics.se2 import compose
 from robotont_driver.ros.diagnostics import ERROR, OK, WARN, Health, robot_name
@@ -20,6 +20,7 @@ from robotont_map_navigation.scan_fit import Fit, fit_nearby
 LOOK_PERIOD = 0.5   # [s] between two scans that are compared with the map
 LOOKS = 6           # of which the mean counts
 SILENCE = 3.0       # [s] without a scan, or without its place on the map, until it is told
+BLIND = 1.0         # [s] without a scan, and navigation stands; also where the pose comes from elsewhere
 SETTLING = 1.0      # [s] that amcl may take to go where a person has said that the robot is
 FIT_TOLERANCE = 0.2  # [m] from a wall at which a ray still ends at it
 MIN_FIT = 0.75      # share of the scan's rays that the map explains, within 0.1 m and 0.1 rad of the pose
@@ -46,7 +47,9 @@ class LocalizationCheck:
         self._new_pose = Newest("initialpose", PoseWithCovarianceStamped)  # where a person has said that the robot is
         self._pose = rospy.Publisher("initialpose", PoseWithCovarianceStamped, queue_size=1)
         self._put_back = -math.inf  # [s] when this node has said it, where the odometry has it
-        self._laid = self._scan.came = time.monotonic()  # [s] when a scan was laid on the map, and when one came
+        # [s] when a scan was laid on the map, when one came, and at the begin
+        self._laid = self._scan.came = self._started = time.monotonic()
+        self._stand = rospy.Publisher("navigation/stand", Float32, queue_size=1, tcp_nodelay=True)
         self._begin()
         self._wrong = ""         # why the pose is wrong, as goto has been told
         self._report = OK, "", {}
@@ -74,6 +77,8 @@ class LocalizationCheck:
 
     def _look(self):
         """Compare the newest scan with the map, and tell what is found; returns the time to rest."""
+        if self._started < self._scan.came < time.monotonic() - BLIND:  # not where no sensor has come yet
+            self._stand.publish(2 * LOOK_PERIOD)
         scan, self._scan.message = self._scan.message, None
         by_person = self._new_pose.came > self._put_back + SETTLING  # its own one comes at once
         if by_person and self._scan.came < self._new_pose.came:
@@ -160,7 +165,8 @@ class LocalizationCheck:
             (silence <= SILENCE < unlaid, WARN, "the scan cannot be laid on the map: no transform leads to its frame"),
             (wrong, ERROR, f"{wrong}; {REMEDY}"),
             (silence > SILENCE, WARN,
-             f"no scan for {silence:.0f} s: does its sensor run? move_base stands until it comes again"),
+             f"no scan for {silence:.0f} s: does its sensor run? Navigation stands until it comes again"
+             if self._scan.came > self._started else "no scan yet: does its sensor run? Navigation does not see"),
             (explained >= MIN_FIT, OK, found),
             (through >= THROUGH_WALLS, WARN,
              f"{found}, and {through:.0%} go through its walls: the room has changed, or the pose is wrong"),

@@ -64,11 +64,11 @@ def newest_diagnostics(duration):
 
 def robots_of(alive):
     """{namespace, with slashes: folder of the robot that a launch file has started there, and the version}."""
-    found = {}
+    found, ask = {}, rosgraph.Master(CALLER).getParam
     for space in {node.rpartition("/")[0] + "/" for node in alive}:
         with contextlib.suppress(*probes.RPC_ERRORS, rosgraph.MasterException):
-            found[space] = ", version ".join(str(rosgraph.Master(CALLER).getParam(space + name))
-                                             for name in ("robot", "version"))
+            found[space] = f"{ask(space + 'robot')}, of an older version than this command's: start it again"
+            found[space] = f"{ask(space + 'robot')}, version {ask(space + 'version') or 'unknown'}"
     return found
 
 

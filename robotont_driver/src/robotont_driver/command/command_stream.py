@@ -100,7 +100,8 @@ class CommandStream:
     def complaint(self, now):
         """Why the robot does not follow commands; empty when it does."""
         if self.stopped:
-            return "emergency stop: a person releases it, on the page, by the keys or by ./robotont release"
+            return ("emergency stop: a person releases it, on the page, by the keys or by ./robotont release, the "
+                    "class's on the class's page")
         waiting = self.waiting(now)
         if waiting:
             return f"{', '.join(waiting)} must stop once after the emergency stop before driving"

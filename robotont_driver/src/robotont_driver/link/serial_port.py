@@ -116,8 +116,9 @@ def usb_id(port):
 
 
 def serial_ports():
-    """Names of the serial ports at which a board may be."""
-    return sorted(file for kind in ("robotont*", "ttyACM*", "ttyUSB*") for file in glob.glob("/dev/" + kind))
+    """Names of the serial ports at which a board may be, one for each: udev's rules give several."""
+    names = sorted(file for kind in ("robotont*", "ttyACM*", "ttyUSB*") for file in glob.glob("/dev/" + kind))
+    return list({os.path.realpath(name): name for name in names}.values())
 
 
 def explain(port, error):

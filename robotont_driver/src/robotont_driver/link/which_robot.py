@@ -2,7 +2,6 @@
 
 import argparse
 import importlib.util
-import os
 import sys
 
 from robotont_driver.link.serial_port import explain, heard, serial_ports, usb_id
@@ -44,7 +43,7 @@ def main(arguments=None):
     parser.add_argument("--baudrate", type=int, default=115200, help="[%(default)s]")
     parser.add_argument("--seconds", type=float, default=2 * PATIENCE, help="how long to listen [%(default)s]")
     options = parser.parse_args(arguments)
-    ports = [options.port] if options.port else list({os.path.realpath(port): port for port in serial_ports()}.values())
+    ports = [options.port] if options.port else serial_ports()
     if not ports:
         print("which_robot: there is no serial port: is the board plugged in, with a cable that carries data?",
               file=sys.stderr)

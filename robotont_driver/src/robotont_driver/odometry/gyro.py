@@ -20,6 +20,7 @@ FIRST_BIAS = 0.02        # [rad/s] standard deviation of the bias of an unknown 
 LEARNING, PATIENCE = 1.0, 5.0  # [s] of standing until the bias is good enough to use; of which nothing was learnt
 OUTLIER, RELEARN, STEADY = 5.0, 3.0, 10.0  # [sigma] a larger turn at rest is no bias, unless for [s] within [sigma]
 BLOCK, ENDS, MEMORY = 1.0, 0.1, 0.97  # [s] over which turns are compared; of the rates at its ends; of older ones
+STRAIGHT = 0.1  # [rad], [rad/s] in a block, below which nobody has turned
 JUDGED, SURE = 3.0, 3.0  # [rad] turned, which make a judgement; [sigma] beyond the limits
 SCALE, OWN, DELAY = 0.05, 0.005, 0.03  # error of the scale that is refused, that is the wheels'; [s] of the stamps
 FLAT, FAST, BEYOND = 5, 0.5, 1.03  # saturated: samples at the largest rate; [rad/s], [rad]; wheels turn by so much more
@@ -77,6 +78,8 @@ class Agreement:
         (beyond, turned), self._block = np.array(self._block).T, []
         ends = max(1, round(ENDS / seconds))
         row = np.array((turned.sum(), (turned[:ends].sum() - turned[-ends:].sum()) / (ends * seconds), beyond.sum()))
+        if abs(row).max() < STRAIGHT:  # it tells nothing, and would only make forget the turns before it
+            return
         products = self._products = MEMORY * self._products + np.outer(row, row)
         blocks, way = self._known = MEMORY * self._known + (1.0, abs(row[0]))
         self.judged = way >= JUDGED

@@ -53,10 +53,13 @@ class OdometryStamps:
         self._number += periods
         self._line += periods * self._period
         late = max(arrival - self._line, 0.0 if self._skipped else -math.inf)
-        queue, self._late, on_time = late < self._late - self._period / 2, late, late < LATE * self._period
-        settled = SETTLED if number is None else SECOND  # numbers tell what was lost: late is only late
+        on_time, queue = late < LATE * self._period, late < self._late - self._period / 2
         self._late_from = math.inf if on_time or queue else min(self._late_from, arrival)
-        if late < -LATE * self._period or arrival - self._late_from > settled * (late < LOST * self._period):
+        if on_time or queue or late > self._late + self._period:
+            self._late = late  # a queue gets less late than this, however slowly it is read
+        # numbers tell what was lost: late is only late
+        settled = SECOND if number is not None else SETTLED * (late < LOST * self._period)
+        if late < -LATE * self._period or arrival - self._late_from > settled:
             self._losses = (self._losses or 1) * (late >= 0)  # before what comes so early no packet was lost
             self._begin(arrival)
             return

@@ -130,7 +130,7 @@ class KeyboardTeleop:
         if self._unknown and self._sent == STOP:
             line = "this key does nothing: another keyboard layout? Use the letters above, or arrows"
         if not self._command.get_num_connections():  # a robot that was started anew has another master
-            line = f"no cmd_vel_mux on {rospy.resolve_name(TOPIC)} yet; if it stays so: Esc, keys again"
+            line = f"no cmd_vel_mux on {rospy.resolve_name(TOPIC)} yet: Esc and keys again, or keys __ns:=/NAME"
         columns = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else 0
         _write(f"\r{line[:columns - 1] if columns > 1 else line}\x1b[K")
 

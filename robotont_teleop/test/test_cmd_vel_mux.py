@@ -218,7 +218,7 @@ def test_before_a_scanner_has_spoken_the_hand_is_slow(mux):
     assert mux.says("guard") == (OK, "no scan and no range: does not interfere")
     mux.connections["scan"] = 1
     assert mux.drive("hand", *AHEAD) == pytest.approx((0.3, 0.0, 0.0))
-    assert mux.says("guard")[1].startswith("at most 0.30 m/s where no sensor sees: ahead")
+    assert mux.says("guard")[1].startswith("by hand at most 0.30 m/s where no sensor sees: ahead")
 
 
 @pytest.mark.parametrize("x, y, seen, words", [

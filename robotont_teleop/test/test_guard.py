@@ -106,7 +106,7 @@ def test_what_every_sixth_scan_shows_is_there(missed):
 
 def test_blind_directions_are_named_and_capped():
     guard = show(make_guard(0.2), np.full(len(CAMERA), math.inf), angles=CAMERA, where=place(0.1))
-    assert guard.report(100.0)[1] == "at most 0.20 m/s where no sensor sees: on the left, behind, on the right"
+    assert guard.report(100.0)[1] == "by hand at most 0.20 m/s where no sensor sees: on the left, behind, on the right"
     for x, y, turn, speed in ((0.8, 0.0, 0.0, 0.8), (0.0, 0.8, 0.0, 0.2), (-0.5, 0.0, 0.0, 0.2), (0.8, 0.1, 0.0, 0.806),
                               (0.8, 0.2, 0.0, 0.2), (0.8, 0.0, 2.0, 0.2), (0.8, 0.0, -2.0, 0.2)):
         assert speed_of(guard, (x, y, turn)) == pytest.approx(speed, abs=0.001)

@@ -93,7 +93,7 @@ class Guard:
         if self._seen(0.0, 2 * math.pi, now) > 0.0:
             return True, "sees all around"
         dark = ", ".join(side for turn, side in enumerate(SIDES) if self._seen(turn * math.pi / 2, 0.0, now) <= 0.0)
-        return True, f"at most {self._blind_speed:.2f} m/s where no sensor sees: {dark or 'in some directions'}"
+        return True, f"by hand at most {self._blind_speed:.2f} m/s where no sensor sees: {dark or 'in some directions'}"
 
     def _has_sensor(self):
         return bool(self._readings or self._refused)

@@ -30,6 +30,7 @@ class MoveBase(TimedBus):
         self.before = ()  # (topic, message) that come before it
         self.obeys = self.lives = True  # a cancellation; and says so
         self.goto = GoTo(self.shown.append)
+        self.hear("emergency_stop/pressed_by", String(""))
 
     @property
     def goals(self):
@@ -152,6 +153,12 @@ def test_a_goal_that_is_given_or_checked_during_an_emergency_stop_is_not_what_a_
     move_base.hear("emergency_stop/pressed_by", String(""))
     assert move_base.goals == []
     assert move_base.goto.check(GOAL) is None
+
+
+def test_a_goto_that_has_just_started_hears_first_who_presses_the_emergency_stop(move_base):
+    move_base.goto._pressed_by = None
+    move_base.later(1.5, move_base.hear, "emergency_stop/pressed_by", String("/page"))
+    assert move_base.goto.go(GOAL) == (Status.REFUSED, "refused: " + STOP)
 
 
 @pytest.mark.parametrize("presses", [["/page"], ["/page", ""]])

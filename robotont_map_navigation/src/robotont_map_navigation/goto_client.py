@@ -22,6 +22,7 @@ from robotont_map_navigation.tool import wait_for
 FRAME = "map"      # of the goals
 SILENCE = 3.0      # [s] without a status of move_base, which sends five per second, and it is gone
 LOOK_UP = 0.4      # [s] that the map has to come; without it a goal is not checked
+HEARD = 2.0        # [s] likewise, for who presses the emergency stop
 STAYS = 0.5        # [m] a robot that stays in a circle as small gets nowhere
 PATIENCE = 60.0    # [s] for which a goal may wait where the robot gets nowhere
 LOOK = 8.0         # [s] of that, and since the last look, after which the robot looks around ...
@@ -46,7 +47,7 @@ class GoTo:
         self._cancelled = Newest("move_base/cancel", GoalID)  # also by others
         self._pose = None      # (x [m], y [m], yaw [rad]) of the robot on the map, by move_base
         self._held = ""        # what has ended navigation's motion since this goal was sent, of navigation_monitor
-        self._pressed_by = ""  # who presses the emergency stop, which cancels all goals
+        self._pressed_by = None  # who presses the emergency stop, which cancels all goals; None: not heard yet
         self._stopped_by = ""  # who has pressed it since this one was sent
         self._handle = None    # actionlib.ClientGoalHandle of the goal that was sent last ...
         self._sent = -math.inf  # [s] ... then
@@ -81,7 +82,8 @@ class GoTo:
 
     def check(self, goal):
         """The Outcome of a Goal where the map has no room, or that a release would begin; else None."""
-        self._stopped_by = self._pressed_by
+        self._stopped_by = self._pressed_by or ""
+        wait_for(lambda: self._pressed_by is not None, HEARD)
         wait_for(lambda: self._map.message, LOOK_UP)
         floor_map = self._map.message and floor_map_of(self._map.message)
         refusal = floor_map and floor_map.frame == FRAME and floor_map.refusal(goal[:2], needed_radius())
@@ -96,7 +98,7 @@ class GoTo:
         self._sent = time.monotonic()
         self._left = False
         self._held = ""
-        self._stopped_by = self._pressed_by
+        self._stopped_by = self._pressed_by or ""
         self._handle = self._client.send_goal(MoveBaseGoal(target), feedback_cb=self._on_feedback)
 
     def follow(self, goal, patience=PATIENCE):

@@ -1,7 +1,7 @@
 """Wiring profile "robotont21": Robotont 2.0 and 2.1 (Nucleo shield 1.3) with four encoder wires moved.
 
 Read from the shield's schematic and the official firmware, never tried on a robot. The shield leads some
-encoder channels to pins without a timer's encoder input, so four wires must be moved as described
+encoder channels to pins that are no pair of one timer's inputs, so four wires must be moved as described
 in docs/firmware.md; all other pins are the official ones. Order and signs are the official ones too: motors at
 60, 180 and 300 degrees, positive counterclockwise (config/robots/robotont2). Should a sign be
 wrong, the first command stops with the fault that the wheel counts against its direction.

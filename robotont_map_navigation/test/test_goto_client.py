@@ -157,7 +157,7 @@ def test_a_goal_that_is_given_or_checked_during_an_emergency_stop_is_not_what_a_
 
 def test_a_goto_that_has_just_started_hears_first_who_presses_the_emergency_stop(move_base):
     move_base.goto._pressed_by = None
-    move_base.later(1.5, move_base.hear, "emergency_stop/pressed_by", String("/page"))
+    move_base.later(0.8, move_base.hear, "emergency_stop/pressed_by", String("/page"))
     assert move_base.goto.go(GOAL) == (Status.REFUSED, "refused: " + STOP)
 
 

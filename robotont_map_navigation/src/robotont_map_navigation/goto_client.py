@@ -22,7 +22,7 @@ from robotont_map_navigation.tool import wait_for
 FRAME = "map"      # of the goals
 SILENCE = 3.0      # [s] without a status of move_base, which sends five per second, and it is gone
 LOOK_UP = 0.4      # [s] that the map has to come; without it a goal is not checked
-HEARD = 2.0        # [s] likewise, for who presses the emergency stop
+HEARD = 1.0        # [s] likewise, for who presses the emergency stop
 STAYS = 0.5        # [m] a robot that stays in a circle as small gets nowhere
 PATIENCE = 60.0    # [s] for which a goal may wait where the robot gets nowhere
 LOOK = 8.0         # [s] of that, and since the last look, after which the robot looks around ...

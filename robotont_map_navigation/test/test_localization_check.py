@@ -48,13 +48,18 @@ def says(found, expected):
 @pytest.mark.parametrize("ranges, expected", [
     (ALL, WELL), (HALF, FILLS), (np.minimum(ALL, 0.4), (WARN, "the map explains 0% of the scan's rays, the others")),
     (GONE, (WARN, "go through its walls: the room has changed, or the pose is wrong")),
-    (np.full(90, math.nan), (OK, "nothing to compare")), (None, (WARN, "no scan yet: does its sensor run?"))])
+    (np.full(90, math.nan), (OK, "nothing to compare")), (None, (WARN, "no scan for 4 s: does its sensor run?"))])
 def test_what_is_seen_from_a_right_pose_is_no_trouble(monitor, ranges, expected):
     says(monitor.look(ranges), expected)
-    assert monitor.sent["navigation/stand"] == []
+    assert bool(monitor.sent["navigation/stand"]) == (ranges is None), "a sensor that is there, and silent"
 
 
-def test_navigation_stands_while_a_scan_that_has_come_is_gone_whoever_tells_the_pose(monitor):
+@pytest.mark.parametrize("comes", [False, True])
+def test_navigation_stands_while_a_scan_is_gone_whoever_tells_the_pose(monitor, comes):
+    monitor.connections["scan"] = 0
+    says(monitor.look(None), (WARN, "no scan yet: does its sensor run? Navigation does not see"))
+    assert monitor.sent["navigation/stand"] == [], "who drives without a sensor knows it"
+    monitor.connections["scan"] = comes  # also one that has gone with its node
     monitor.look()
     says(monitor.look(None), (WARN, "no scan for 4 s: does its sensor run? Navigation stands until it comes again"))
     assert [stand.data for stand in monitor.sent["navigation/stand"]] == [1.0] * 7, "from the second on"

@@ -77,7 +77,7 @@ class LocalizationCheck:
 
     def _look(self):
         """Compare the newest scan with the map, and tell what is found; returns the time to rest."""
-        if self._started < self._scan.came < time.monotonic() - BLIND:  # not where no sensor has come yet
+        if time.monotonic() - self._scan.came > BLIND and self._has_sensor():
             self._stand.publish(2 * LOOK_PERIOD)
         scan, self._scan.message = self._scan.message, None
         by_person = self._new_pose.came > self._put_back + SETTLING  # its own one comes at once
@@ -101,6 +101,10 @@ class LocalizationCheck:
                   "rays that go through the map's walls": f"{mean.through_walls:.0%}"} if mean else {}
         self._report = level, words, values
         return LOOK_PERIOD
+
+    def _has_sensor(self):
+        """Whether a scan has come, or somebody is there to send one: who drives without any knows it."""
+        return self._scan.came > self._started or self._scan.subscriber.get_num_connections() > 0
 
     def _is_settling(self):
         return time.monotonic() < max(self._new_pose.came, self._put_back) + SETTLING
@@ -166,7 +170,7 @@ class LocalizationCheck:
             (wrong, ERROR, f"{wrong}; {REMEDY}"),
             (silence > SILENCE, WARN,
              f"no scan for {silence:.0f} s: does its sensor run? Navigation stands until it comes again"
-             if self._scan.came > self._started else "no scan yet: does its sensor run? Navigation does not see"),
+             if self._has_sensor() else "no scan yet: does its sensor run? Navigation does not see"),
             (explained >= MIN_FIT, OK, found),
             (through >= THROUGH_WALLS, WARN,
              f"{found}, and {through:.0%} go through its walls: the room has changed, or the pose is wrong"),

@@ -23,7 +23,7 @@ class Newest:
     def __init__(self, topic, kind, message=None, **options):
         """message: what counts before the first one; options: of rospy.Subscriber."""
         self.message, self.came = message, -math.inf  # [s] of time.monotonic()
-        rospy.Subscriber(topic, kind, self._on_message, queue_size=1, **options)
+        self.subscriber = rospy.Subscriber(topic, kind, self._on_message, queue_size=1, **options)
 
     def _on_message(self, message):
         self.message, self.came = message, time.monotonic()

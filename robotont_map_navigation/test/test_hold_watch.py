@@ -109,6 +109,7 @@ def command_ahead(monitor, seconds, pose=REST, measured=REST):
 
 def test_what_holds_the_robot_ends_navigations_goals_and_a_new_one_tries_again(monkeypatch):
     monitor = Monitor(monkeypatch)
+    monitor.connections["scan"] = 0  # without a sensor, for whose scans it would stand
     stands, ended, felt, told = map(monitor.sent.__getitem__, (
         "navigation/stand", "move_base/cancel", "navigation/felt", "navigation/held"))
 

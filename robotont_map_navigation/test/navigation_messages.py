@@ -12,7 +12,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
 from robotont_driver.kinematics.se2 import between
-from robotont_map_navigation import held, localization_check, map_clearing, navigation_monitor
+from robotont_map_navigation import held, localization_check, navigation_monitor
 from robotont_map_navigation.readings import COSTMAP, message_of, place_of
 from robotont_testing.bus import Bus, transform
 
@@ -83,15 +83,15 @@ class TimedBus(Bus):
 class Monitor(TimedBus):
     """navigation_monitor in a room of 6 m x 2 m around the origin, (OK, words, values) by the subject of its `reports`.
 
-    places: Transform by frame.
+    places: Transform by frame; measured: (stamp [s], pose) by the odometry.
     """
 
-    base, odometry = "base_link", "odom"
+    base, map, odometry = "base_link", "map", "odom"
 
     def __init__(self, monkeypatch):
         super().__init__(monkeypatch)
-        self.places, self.reports = {}, {}
-        for module in localization_check, map_clearing, held:
+        self.places, self.reports, self.measured = {}, {}, None
+        for module in localization_check, navigation_monitor, held:
             monkeypatch.setattr(module, "RepeatingThread", lambda function: self.later(0.0, self._work, function))
         for module in localization_check, held:
             monkeypatch.setattr(module, "Health", lambda _, subjects: self.reports.update(subjects))
@@ -105,6 +105,9 @@ class Monitor(TimedBus):
 
     def look_up(self, _frame, child, *_):
         return self.places.get(child)
+
+    def newest(self, *_):
+        return self.measured
 
     def robot_in(self, frame):
         here, odometry = (place_of(self.look_up(frame, child)) for child in (self.base, self.odometry))

@@ -7,17 +7,16 @@ import sys
 
 import pytest
 import rospy
-from geometry_msgs.msg import PoseStamped, PoseWithCovariance, Twist, TwistWithCovariance, Vector3
-from nav_msgs.msg import Odometry
+from geometry_msgs.msg import PoseStamped, Twist, Vector3
 from navigation_messages import Monitor
 from sensor_msgs import point_cloud2
-from std_msgs.msg import Float32, Header, String
+from std_msgs.msg import Float32, String
 
 from robotont_driver.command.limits import Limits, limit_acceleration
+from robotont_driver.kinematics.se2 import compose
 from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_map_navigation.held import FELT, FELT_AT, FREE, FRONT, LAG, PASSED, STAND, TRIES, HoldWatch
-from robotont_map_navigation.readings import message_of
+from robotont_map_navigation.held import FELT, FELT_AT, FREE, FRONT, LAG, LOOK_PERIOD, PASSED, STAND, TRIES, HoldWatch
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing import places
@@ -34,11 +33,11 @@ FOLDERS = "thesis", "four_wheels", "robotont2", "robotont21", "robotont3"
 PUSHING = 0.3  # [s] at most of wheels that are commanded against what holds them
 
 
-def verdicts(commanded, measured, seconds=6.0, lost=(), obeys=True):
-    """([s] of each stand, [s] until words come or None): measured(t) 50 times per second, none while `lost`."""
+def verdicts(commanded, measured, seconds=6.0, lost=(), obeys=True, step=PERIOD):
+    """([s] of each stand, [s] until words come or None): measured(t) at each `step` [s], none while `lost`."""
     watch, stands = HoldWatch(0.19), []
-    for period in range(int(seconds / PERIOD)):
-        now = period * PERIOD
+    for look in range(int(seconds / step)):
+        now = look * step
         stood = obeys and stands and now < stands[-1] + STAND
         watch.command(REST if stood else commanded(now), now)
         if lost and lost[0] <= now < lost[1]:
@@ -53,8 +52,10 @@ def verdicts(commanded, measured, seconds=6.0, lost=(), obeys=True):
 @pytest.mark.parametrize("commanded", [AHEAD, (0.0, -0.1, 0.0), (0.05, 0.0, 0.0), (0.0, 0.0, 0.5), (0.1, 0.1, -1.0)])
 @pytest.mark.parametrize("share", [0.0, -0.5, 0.2])
 @pytest.mark.parametrize("obeys", [True, False])
-def test_a_robot_that_does_not_move_as_commanded_stands_and_is_held_the_third_time(commanded, share, obeys):
-    stands, held = verdicts(lambda now: commanded, lambda now: tuple(share * speed for speed in commanded), obeys=obeys)
+@pytest.mark.parametrize("step", [PERIOD, LOOK_PERIOD])
+def test_a_robot_that_does_not_move_as_commanded_stands_and_is_held_the_third_time(commanded, share, obeys, step):
+    stands, held = verdicts(lambda now: commanded, lambda now: tuple(share * speed for speed in commanded),
+                            obeys=obeys, step=step)
     assert len(stands) == TRIES
     assert stands[0] >= LAG + FELT - 1e-9
     pushed = [now - before for before, now in zip([0.0, *(stand + STAND for stand in stands)], stands)]
@@ -99,11 +100,11 @@ def test_without_odometry_nothing_is_known_and_the_watch_begins_anew():
 
 
 def command_ahead(monitor, seconds, pose=REST, measured=REST):
-    """Command 0.2 m/s while the odometry tells of a pose, and of a velocity [m/s]."""
+    """Command 0.2 m/s while the odometry moves from a pose on, by a velocity [m/s] and [rad/s]."""
     for _ in range(round(seconds / PERIOD)):
         monitor.hear("cmd_vel/limited", Twist(linear=Vector3(*AHEAD)))
-        monitor.hear("odom", Odometry(Header(stamp=rospy.Time.now()), "", PoseWithCovariance(pose=message_of(pose)),
-                                      TwistWithCovariance(twist=Twist(linear=Vector3(*measured)))))
+        pose = compose(pose, [PERIOD * part for part in measured])
+        monitor.measured = rospy.get_time(), pose
         monitor.sleep(PERIOD)
 
 

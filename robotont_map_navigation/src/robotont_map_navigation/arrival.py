@@ -7,7 +7,6 @@ import rospy
 from dynamic_reconfigure.msg import Config, DoubleParameter
 from dynamic_reconfigure.srv import Reconfigure
 from geometry_msgs.msg import PoseStamped
-from move_base_msgs.msg import MoveBaseActionFeedback
 
 from robotont_map_navigation.readings import Newest
 
@@ -26,15 +25,14 @@ class Arrival:
         self._goal = Newest("move_base/current_goal", PoseStamped)
         self._reached = self._set = None  # the message of the goal that has been; the newest tolerance [m]
         self._reconfigure = rospy.ServiceProxy("move_base/DWAPlannerROS/set_parameters", Reconfigure)
-        rospy.Subscriber("move_base/feedback", MoveBaseActionFeedback, self._on_feedback, queue_size=1)
 
-    def _on_feedback(self, message):
-        """Ten times per second, and before each goal's first plan."""
-        goal, place = self._goal.message, message.feedback.base_position.pose.position
-        if goal and math.dist((place.x, place.y), (goal.pose.position.x, goal.pose.position.y)) <= ARRIVED:
+    def look(self, place):
+        """Ten times per second, with the robot at (x [m], y [m], yaw) on the map."""
+        goal = self._goal.message
+        if goal and math.dist(place[:2], (goal.pose.position.x, goal.pose.position.y)) <= ARRIVED:
             self._reached = goal
         tolerance = STAYS if goal and goal is self._reached else ARRIVED
-        if tolerance != self._set:
+        if goal and tolerance != self._set:
             self._set = tolerance
             with contextlib.suppress(rospy.ServiceException):  # another planner has no such service
                 self._reconfigure(Config(doubles=[DoubleParameter("xy_goal_tolerance", tolerance)]))

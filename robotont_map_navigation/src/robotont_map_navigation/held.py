@@ -9,15 +9,13 @@ from collections import deque
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, Twist, Vector3
-from nav_msgs.msg import Odometry
 from sensor_msgs import point_cloud2
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float32, Header, String
 
-from robotont_driver.kinematics.se2 import pose_of
+from robotont_driver.kinematics.se2 import between
 from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
 from robotont_driver.ros.repeating_thread import RepeatingThread
-from robotont_driver.rospy_repairs.rospy_internals import serialized
 from robotont_map_navigation.readings import Newest, needed_radius
 
 LAG = 0.08      # [s] from a command until the wheels of every robot folder, also with 8 kg, move at MOVES of it
@@ -37,7 +35,8 @@ FELT_AT = (0.0, 0.05), (0.06, 0.15)
 # would ever clear it
 FRONT = -0.1, 0.0, 0.1
 PASSED = 0.05, 5.0  # [m] driven, or [s] gone by, since a touch, after which nothing is barred any more
-PERIOD = 1.0  # [s] between two clouds: a costmap counts the age of what is felt up to the newest one, and forgets then
+LOOK_PERIOD = 0.03  # [s] between two looks at where the odometry has the robot
+CLOUDS = 1.0        # [s] between two clouds: a costmap counts the age of what is felt up to the newest one
 
 
 class HoldWatch:
@@ -100,10 +99,9 @@ class Held:
     Where that happens again and again, every goal is cancelled; `navigation/held` tells why.
     """
 
-    def __init__(self, frame):
-        """frame: the robot's."""
-        self._lock = threading.Lock()  # a subscriber's thread each
-        self._edge, self._frame = needed_radius(), frame  # now: the master may be gone when they are needed
+    def __init__(self, frames):
+        self._lock = threading.Lock()  # commands and looks have a thread each
+        self._edge, self._frames = needed_radius(), frames  # now: the master may be gone when it is needed
         self._watch = HoldWatch(self._edge)
         # where there is no mux to tell it is navigation
         self._driver = Newest("cmd_vel/driven_by", String, String("navigation"), tcp_nodelay=True)
@@ -115,33 +113,39 @@ class Held:
         self._told = rospy.Publisher("navigation/held", String, queue_size=1, latch=True)
         self._told.publish("")
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
-        # as bytes: at rest nobody needs what is in them, and to read 100 messages per second costs a third of this node
-        rospy.Subscriber("cmd_vel/limited", rospy.AnyMsg, self._on_command, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber("odom", rospy.AnyMsg, self._on_odom, queue_size=1, tcp_nodelay=True)
+        self._seen = 0.0, (0.0, 0.0, 0.0)  # stamp [s] and pose in the odometry's frame, of the newest look
+        rospy.Subscriber("cmd_vel/limited", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("move_base/current_goal", PoseStamped, lambda _: self._tell(""), queue_size=1)  # tries anew
         RepeatingThread(self._tell_costmaps)
+        RepeatingThread(self._look)
         Health(robot_name(), {"motion": self._report})
 
-    def _on_command(self, raw):
+    def _on_command(self, message):
         with self._lock:
             drives = self._driver.message.data == "navigation"
-            self._command = _twist(Twist().deserialize(serialized(raw))) if drives else NOTHING
+            self._command = (message.linear.x, message.linear.y, message.angular.z) if drives else NOTHING
             self._watch.command(self._command, time.monotonic())
         if self._words and self._driver.message.data in ("hand", "default"):  # who drives it away: it is free
             self._tell("")
 
-    def _on_odom(self, raw):
-        if self._command == NOTHING:
-            return
-        message = Odometry().deserialize(serialized(raw))
+    def _look(self):
+        """Compare what the odometry, by tf that this process reads anyway, measured since the look before."""
+        found = self._frames.newest(self._frames.odometry, self._frames.base) if self._command != NOTHING else None
+        if found and found[0] != self._seen[0]:
+            (before, start), (stamp, pose) = self._seen, found
+            self._seen = found
+            self._compare([part / (stamp - before) for part in between(start, pose)], stamp, pose)
+        return LOOK_PERIOD
+
+    def _compare(self, measured, stamp, pose):
+        """With what is commanded: the twist that the wheels have measured until a pose and its stamp [s]."""
         with self._lock:
             now = time.monotonic()
-            age = max(0.0, (rospy.Time.now() - message.header.stamp).to_sec())  # another computer's clock may be ahead
-            measured = _twist(message.twist.twist)
-            x, y, yaw = pose_of(message.pose.pose)
+            age = max(0.0, rospy.get_time() - stamp)  # another computer's clock may be ahead
             lost = complex(*self._command[:2]) - complex(*measured[:2])  # [m/s]: towards what holds the robot ...
             lost *= abs(lost) > LEAST  # ... if it is not a turn that is held
             stand, words = self._watch.measure(measured, now - age, now)
+        x, y, yaw = pose
         place, turned = complex(x, y), cmath.rect(1.0, yaw)
         if stand:
             self._stand.publish(STAND)
@@ -161,8 +165,8 @@ class Held:
         bearing, edge = cmath.phase(lost), self._edge
         points = [((edge + off) * math.cos(bearing + side), (edge + off) * math.sin(bearing + side), height)
                   for off, height in FELT_AT for side in FRONT if lost]
-        self._felt.publish(point_cloud2.create_cloud_xyz32(Header(0, rospy.Time.now(), self._frame), points))
-        return PERIOD
+        self._felt.publish(point_cloud2.create_cloud_xyz32(Header(0, rospy.Time.now(), self._frames.base), points))
+        return CLOUDS
 
     def _tell(self, words):
         self._words = words
@@ -174,7 +178,3 @@ class Held:
 
 def _dot(one, other):
     return sum(a * b for a, b in zip(one, other))
-
-
-def _twist(message):
-    return message.linear.x, message.linear.y, message.angular.z

@@ -14,10 +14,8 @@ import rospy
 from map_msgs.msg import OccupancyGridUpdate
 
 from robotont_driver.kinematics.se2 import compose
-from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_map_navigation.readings import needed_radius
 
-PERIOD = 0.1   # [s] between two looks at where the robot is
 SETTLING = 2.0  # [s] without updates after a map of another size: costmaps must have got it before, they check nothing
 FREE, WALL = 0, 100  # [%] as of nav_msgs/OccupancyGrid
 RING = 1.5           # cells: width of the bulge, so that it is closed on diagonals too
@@ -30,11 +28,10 @@ WHOLE = 5.0, 1e-5
 class FootprintClearing:
     """Sends the cells of the map that give way to the robot, and takes them back when it has moved on."""
 
-    def __init__(self, frames):
-        self._frames, self._size, self._clearing = frames, None, None
+    def __init__(self):
+        self._size = self._clearing = None
         self._settled = 0.0  # [s] time.monotonic() from which on updates are sent
         self._publisher = rospy.Publisher("map_for_planning_updates", OccupancyGridUpdate, queue_size=10)
-        RepeatingThread(self._look)
 
     def take_map(self, floor_map):
         """Start anew with a FloorMap: the costmaps have forgotten all updates."""
@@ -44,15 +41,13 @@ class FootprintClearing:
         # a cell more than the robot needs: a costmap rounds its place to whole cells
         self._size, self._clearing = size, MapClearing(floor_map, needed_radius() + floor_map.resolution)
 
-    def _look(self):
-        """Tell what has changed since the last look; returns the time to rest."""
+    def look(self, place):
+        """Tell what has changed since the last look, with the robot at (x [m], y [m], yaw) on the map."""
         clearing, now = self._clearing, time.monotonic()
-        place = clearing and self._frames.robot_in(clearing.floor_map.frame)
-        update = place and now >= self._settled and clearing.move(place[:2], now)
+        update = clearing and now >= self._settled and clearing.move(place[:2], now)
         if update:
             update.header.frame_id, update.header.stamp = clearing.floor_map.frame, rospy.Time.now()
             self._publisher.publish(update)
-        return PERIOD
 
 
 class MapClearing:

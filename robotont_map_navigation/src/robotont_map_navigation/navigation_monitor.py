@@ -6,6 +6,7 @@ import numpy as np
 import rospy
 from nav_msgs.msg import OccupancyGrid
 
+from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_map_navigation.arrival import Arrival
 from robotont_map_navigation.giving_way import GivesWay
 from robotont_map_navigation.held import Held
@@ -14,18 +15,20 @@ from robotont_map_navigation.map_clearing import FootprintClearing
 from robotont_map_navigation.readings import Frames, floor_map_of
 
 PARAMETERS = ()
+PERIOD = 0.1  # [s] between two looks at where the robot is
 
 
 class NavigationMonitor:
-    """The five in one process, for which /tf, 100 messages per second, and the map are read once."""
+    """The five in one process, for which /tf, 80 messages per second, and the map are read once."""
 
     def __init__(self, _parameters):
-        frames = Frames()
-        self._check, self._clearing = LocalizationCheck(frames), FootprintClearing(frames)
-        self._others = Arrival(), Held(frames.base), GivesWay(frames)
+        self._frames = frames = Frames()
+        self._check, self._clearing, self._arrival = LocalizationCheck(frames), FootprintClearing(), Arrival()
+        self._others = Held(frames), GivesWay(frames)
         self._for_amcl, self._for_planning = (rospy.Publisher(f"map_for_{who}", OccupancyGrid, queue_size=1, latch=True)
                                               for who in ("amcl", "planning"))
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)
+        RepeatingThread(self._look)
 
     def _on_map(self, message):
         shifted = OccupancyGrid(message.header, copy.deepcopy(message.info), message.data)
@@ -35,6 +38,14 @@ class NavigationMonitor:
         self._for_planning.publish(wide_enough(message))
         self._check.floor_map = floor_map_of(message)
         self._clearing.take_map(self._check.floor_map)
+
+    def _look(self):
+        """Where the robot is on the map; the time to rest."""
+        place = self._frames.robot_in(self._frames.map)
+        if place:
+            self._clearing.look(place)
+            self._arrival.look(place)
+        return PERIOD
 
 
 def wide_enough(message):

@@ -53,9 +53,10 @@ def told_pose(frame, pose):
 
 
 class Frames:
-    """What tf knows. base: the robot's frame; odometry: that in which the local costmap lies; both by move_base's."""
+    """What tf knows. By move_base's parameters, base: the robot's frame; map, odometry: the costmaps'."""
 
     def __init__(self):
+        self.map = rospy.get_param(COSTMAP + "global_frame", "map")
         self.base = rospy.get_param(COSTMAP + "robot_base_frame", "base_link")
         self.odometry = rospy.get_param("move_base/local_costmap/global_frame", "odom")
         self._transforms = tf2_ros.Buffer()
@@ -66,6 +67,14 @@ class Frames:
         try:
             found = self._transforms.lookup_transform(frame, child, stamp or rospy.Time(), rospy.Duration(timeout))
             return found.transform
+        except tf2_ros.TransformException:
+            return None
+
+    def newest(self, frame, child):
+        """(stamp [s], (x [m], y [m], yaw [rad])) of a frame `child` in `frame`; None when unknown."""
+        try:
+            found = self._transforms.lookup_transform(frame, child, rospy.Time())
+            return found.header.stamp.to_sec(), place_of(found.transform)
         except tf2_ros.TransformException:
             return None
 

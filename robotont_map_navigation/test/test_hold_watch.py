@@ -75,8 +75,9 @@ def reversal(now):
     (reversal, lambda now: reversal(now - 0.12)),
 ], ids=["a slow start", "a threshold that it got over", "slower, and not straight", "commands that ask for nothing",
         "wheels that turn round first"])
-def test_a_robot_that_moves_as_commanded_does_not_stand(commanded, measured):
-    assert verdicts(commanded, measured) == ([], None)
+@pytest.mark.parametrize("step", [PERIOD, LOOK_PERIOD])
+def test_a_robot_that_moves_as_commanded_does_not_stand(commanded, measured, step):
+    assert verdicts(commanded, measured, step=step) == ([], None)
 
 
 def test_stands_far_from_each_other_never_end_a_goal():

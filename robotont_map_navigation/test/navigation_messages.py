@@ -83,7 +83,7 @@ class TimedBus(Bus):
 class Monitor(TimedBus):
     """navigation_monitor in a room of 6 m x 2 m around the origin, (OK, words, values) by the subject of its `reports`.
 
-    places: Transform by frame; measured: (stamp [s], pose) by the odometry.
+    places: TransformStamped by frame, on the map; measured: that of the robot by the odometry.
     """
 
     base, map, odometry = "base_link", "map", "odom"
@@ -103,17 +103,14 @@ class Monitor(TimedBus):
     def _work(self, function):
         self.later(function(), self._work, function)
 
-    def look_up(self, _frame, child, *_):
-        return self.places.get(child)
-
-    def newest(self, *_):
-        return self.measured
+    def look_up(self, frame, child, *_):
+        return self.measured if (frame, child) == (self.odometry, self.base) else self.places.get(child)
 
     def robot_in(self, frame):
-        here, odometry = (place_of(self.look_up(frame, child)) for child in (self.base, self.odometry))
+        here, odometry = (place_of(self.places.get(child)) for child in (self.base, self.odometry))
         return between(odometry, here) if frame == self.odometry and here else here
 
     def stand(self, x, y, yaw, odometry=0.0):
         """Where the localization has the robot, whose sensor is in its middle, and x [m] where its odometry begins."""
-        here = transform("", "", x, y, yaw).transform
-        self.places = {"laser": here, "base_link": here, "odom": transform("", "", odometry, 0.0).transform}
+        here = transform("", "", x, y, yaw)
+        self.places = {"laser": here, "base_link": here, "odom": transform("", "", odometry, 0.0)}

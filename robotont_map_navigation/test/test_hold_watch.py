@@ -20,6 +20,7 @@ from robotont_map_navigation.held import FELT, FELT_AT, FREE, FRONT, LAG, LOOK_P
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing import places
+from robotont_testing.bus import transform
 from robotont_testing.node_test import ERROR, OK
 
 sys.path.append(str(places.package("robotont_simulator") / "test"))
@@ -105,7 +106,8 @@ def command_ahead(monitor, seconds, pose=REST, measured=REST):
     for _ in range(round(seconds / PERIOD)):
         monitor.hear("cmd_vel/limited", Twist(linear=Vector3(*AHEAD)))
         pose = compose(pose, [PERIOD * part for part in measured])
-        monitor.measured = rospy.get_time(), pose
+        monitor.measured = transform("odom", "base_link", *pose)
+        monitor.measured.header.stamp = rospy.Time.now()
         monitor.sleep(PERIOD)
 
 

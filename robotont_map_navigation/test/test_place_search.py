@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import Quaternion, Transform, Twist
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Twist
 from nav_msgs.msg import OccupancyGrid
 from navigation_messages import ANGLES, CELL, TimedBus, ranges_in_box, scan_of, walled
 
@@ -20,7 +20,7 @@ MAP = FloorMap(walled(40, 80), CELL, (-1.0, -1.0, 0.0))
 BOX = -0.95, 2.95, -0.95, 0.95  # [m] the walls' inner faces of MAP
 POSE = (0.3, 0.2, 0.7)
 SEEN = ranges_in_box(POSE, *BOX)
-LEVEL = Transform(rotation=Quaternion(w=1.0))
+LEVEL = Quaternion(w=1.0)
 CLEARANCE = 0.1
 STEPS = np.arange(0.0, 7.0, 0.01)  # [m] of each ray, through the whole room: with less, places in the open look alike
 
@@ -31,8 +31,8 @@ def assert_near(found, pose, metres, angle):
     assert abs(math.remainder(yaw, 2 * math.pi)) < angle
 
 
-def rays(ranges, sees=5.0, sensor=LEVEL):
-    return rays_of(scan_of(ranges, sees), sensor)
+def rays(ranges, sees=5.0, rotation=LEVEL):
+    return rays_of(scan_of(ranges, sees), TransformStamped(transform=Transform(rotation=rotation)))
 
 
 def but(rays, ranges):
@@ -60,9 +60,9 @@ def test_too_few_rays_prove_nothing():
 
 def test_a_sensor_that_hangs_upside_down_and_one_that_is_turned():
     (x, y), _ = rays(SEEN)
-    hanging, _ = rays(SEEN, sensor=Transform(rotation=Quaternion(x=1.0)))
+    hanging, _ = rays(SEEN, rotation=Quaternion(x=1.0))
     np.testing.assert_allclose(hanging, (x, -y), atol=1e-9)
-    turned, _ = rays(SEEN, sensor=Transform(rotation=Quaternion(z=math.sqrt(0.5), w=math.sqrt(0.5))))
+    turned, _ = rays(SEEN, rotation=Quaternion(z=math.sqrt(0.5), w=math.sqrt(0.5)))
     np.testing.assert_allclose(turned, (-y, x), atol=1e-9)
 
 
@@ -136,7 +136,7 @@ class Turning(TimedBus):
         self.hear("scan", scan_of(np.hypot(*look(self.floor_map, self.pose)[0]), stamp=self.yaw))
 
     def look_up(self, _frame, _child, stamp):
-        return transform("", "", yaw=stamp).transform
+        return transform("", "", yaw=stamp)
 
     def robot_in(self, frame):
         told = [pose_of(message.pose.pose) for message in self.sent["initialpose"] if self.amcl]

@@ -73,7 +73,7 @@ class GivesWay:
         if now - self._command.came > IDLE:
             return
         sensor = self._frames.look_up(self._frames.odometry, scan.header.frame_id, scan.header.stamp, TIMEOUT)
-        robot = place_of(self._frames.look_up(self._frames.odometry, self._frames.base))
+        robot = self._frames.robot_in(self._frames.odometry)
         if not (sensor and robot):
             return
         wished = self._command.message.linear

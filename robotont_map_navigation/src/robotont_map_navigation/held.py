@@ -16,7 +16,7 @@ from std_msgs.msg import Float32, Header, String
 from robotont_driver.kinematics.se2 import between
 from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
 from robotont_driver.ros.repeating_thread import RepeatingThread
-from robotont_map_navigation.readings import Newest, needed_radius
+from robotont_map_navigation.readings import Newest, needed_radius, place_of
 
 LAG = 0.08      # [s] from a command until the wheels of every robot folder, also with 8 kg, move at MOVES of it
 FELT = 0.14     # [s] without the motion that is commanded, after which something may hold the robot: it stands ...
@@ -130,22 +130,19 @@ class Held:
 
     def _look(self):
         """Compare what the odometry, by tf that this process reads anyway, measured since the look before."""
-        found = self._frames.newest(self._frames.odometry, self._frames.base) if self._command != NOTHING else None
-        if found and found[0] != self._seen[0]:
-            (before, start), (stamp, pose) = self._seen, found
-            self._seen = found
-            self._compare([part / (stamp - before) for part in between(start, pose)], stamp, pose)
-        return LOOK_PERIOD
-
-    def _compare(self, measured, stamp, pose):
-        """With what is commanded: the twist that the wheels have measured until a pose and its stamp [s]."""
+        found = self._command != NOTHING and self._frames.look_up(self._frames.odometry, self._frames.base)
+        (before, start), stamp = self._seen, found and found.header.stamp.to_sec()
+        if not found or stamp == before:
+            return LOOK_PERIOD
+        x, y, yaw = pose = place_of(found)
+        self._seen = stamp, pose
         with self._lock:
+            measured = [part / (stamp - before) for part in between(start, pose)]
             now = time.monotonic()
             age = max(0.0, rospy.get_time() - stamp)  # another computer's clock may be ahead
             lost = complex(*self._command[:2]) - complex(*measured[:2])  # [m/s]: towards what holds the robot ...
             lost *= abs(lost) > LEAST  # ... if it is not a turn that is held
             stand, words = self._watch.measure(measured, now - age, now)
-        x, y, yaw = pose
         place, turned = complex(x, y), cmath.rect(1.0, yaw)
         if stand:
             self._stand.publish(STAND)
@@ -159,6 +156,7 @@ class Held:
             rospy.logwarn("navigation ends its goal: %s", words)
             self._tell(words)  # first: who has sent the goal asks why it ended
             self._cancel.publish(GoalID())
+        return LOOK_PERIOD
 
     def _tell_costmaps(self, lost=0j):
         """Something is in the way of the lost velocity, of a turn on the spot nobody knows where; the time to rest."""

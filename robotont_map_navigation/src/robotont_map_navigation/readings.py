@@ -63,18 +63,9 @@ class Frames:
         self._listener = tf2_ros.TransformListener(self._transforms)
 
     def look_up(self, frame, child, stamp=None, timeout=0.0):
-        """geometry_msgs/Transform of a frame `child` in `frame`, the newest or that of a stamp; None when unknown."""
+        """TransformStamped of a frame `child` in `frame`, the newest or that of a stamp; None when unknown."""
         try:
-            found = self._transforms.lookup_transform(frame, child, stamp or rospy.Time(), rospy.Duration(timeout))
-            return found.transform
-        except tf2_ros.TransformException:
-            return None
-
-    def newest(self, frame, child):
-        """(stamp [s], (x [m], y [m], yaw [rad])) of a frame `child` in `frame`; None when unknown."""
-        try:
-            found = self._transforms.lookup_transform(frame, child, rospy.Time())
-            return found.header.stamp.to_sec(), place_of(found.transform)
+            return self._transforms.lookup_transform(frame, child, stamp or rospy.Time(), rospy.Duration(timeout))
         except tf2_ros.TransformException:
             return None
 
@@ -83,19 +74,19 @@ class Frames:
         return place_of(self.look_up(frame, self.base))
 
 
-def place_of(transform):
-    """(x [m], y [m], yaw [rad]) of a geometry_msgs/Transform; None of None."""
-    return transform and (transform.translation.x, transform.translation.y, yaw_of(transform.rotation))
+def place_of(found):
+    """(x [m], y [m], yaw [rad]) of a geometry_msgs/TransformStamped; None of None."""
+    return found and (found.transform.translation.x, found.transform.translation.y, yaw_of(found.transform.rotation))
 
 
 def rays_of(scan, sensor):
     """(ends 2 x N, free 2 x M) [m] of a sensor_msgs/LaserScan, from the sensor in the axes that `sensor` leads to.
 
     Where rays have ended, and how far those saw that met nothing (inf, REP 117). Other rays show nothing. sensor:
-    geometry_msgs/Transform of its frame, which may hang or tilt.
+    TransformStamped of its frame, which may hang or tilt.
     """
     ranges = np.array(scan.ranges)
-    angles, shares = seen_from_above(rotation_of(sensor.rotation),
+    angles, shares = seen_from_above(rotation_of(sensor.transform.rotation),
                                      scan.angle_min + scan.angle_increment * np.arange(len(ranges)))
     ways = np.minimum(ranges, scan.range_max) * shares * (np.cos(angles), np.sin(angles))
     return ways[:, (ranges >= scan.range_min) & (ranges < scan.range_max)], ways[:, ranges == math.inf]

@@ -92,6 +92,18 @@ def test_the_map_shows_the_walls_where_the_laser_meets_them(tmp_path):
     assert occupied[0] > description["occupied_thresh"] > occupied[1] > description["free_thresh"] > occupied[2]
 
 
+@pytest.mark.parametrize("off", [0.0, 0.011, 0.024, 0.026, 0.04, 0.049])
+def test_a_wall_is_the_cell_that_its_face_is_in(off):
+    """Else the whole room is larger on the map, by half a cell at each side, and amcl's pose with it."""
+    faces = 0.5 + off, 3.0 + off
+    walls = box(faces[0] - 0.5, 2.0, 1.0, 9.0, 0.0), box(faces[1] + 0.5, 2.0, 1.0, 9.0, 0.0)
+    image, origin = draw_map(World((*walls, box(2.0, -2.5, 9.0, 0.1, 0.0), box(2.0, 6.5, 9.0, 0.1, 0.0)),
+                                   (2.0, 2.0, 0.0)))
+    row = image[image.shape[0] // 2]
+    occupied = origin[0] + 0.05 * (np.flatnonzero(row == 0) + 0.5)
+    assert occupied == pytest.approx(faces, abs=0.02501)
+
+
 def test_a_start_within_a_wall_has_no_map():
     world = read_world(ROOT / "config" / "worlds" / "room.yaml")
     with pytest.raises(ValueError, match="the start \\(7.5, 2.5\\) is in a wall or a box"):

@@ -212,10 +212,11 @@ def draw_map(world, resolution=RESOLUTION, margin=0.5):
     x, y = (low[axis] + (np.arange(size[axis]) + 0.5) * resolution for axis in (0, 1))
     x, y = np.meshgrid(x, y[::-1])
     solid = np.zeros(x.shape, bool)
-    for shape in world.solids:  # what is thinner than a cell, at any angle, has the middle of one
-        length, width = (max(side, 1.4143 * resolution) if shape.round or side < resolution else side
+    for shape in world.solids:  # what is thinner than a cell, at any angle, gets one
+        length, width = (max(side, 0.4143 * resolution) if shape.round or side < resolution else side
                          for side in (shape.length, shape.width))
-        solid |= shape._replace(length=length, width=width).distance(x, y) <= resolution * 1e-6
+        # half a cell before the face: the cell that the face is in, not the one behind, is where rays end
+        solid |= shape._replace(length=length, width=width).distance(x, y) < resolution * (0.5 - 1e-6)
     start = np.unravel_index(np.argmin((x - world.start[0]) ** 2 + (y - world.start[1]) ** 2), x.shape)
     if solid[start]:
         raise ValueError(f"the start ({world.start[0]:g}, {world.start[1]:g}) is in a wall or a box")

@@ -234,6 +234,8 @@ prepare() {
     setup "$@"
     build
     finish_setup
+    # what sudo made is the clone's owner's, too: else no build of his would work behind it
+    [ "$(id -u)" != 0 ] || [ "$(stat -c %u "$ROOT")" = 0 ] || chown -R --reference="$ROOT" "$WORK"
     environment  # with what has come
     exec 9>&-
 }

@@ -278,6 +278,15 @@ def test_a_clone_that_one_may_only_read_asks_for_another_folder(forbidden, tmp_p
     assert "ROBOTONT_WORK=" in result.stdout
 
 
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can try what sudo does")
+def test_what_sudo_builds_belongs_to_the_owner_of_the_clone(tmp_path):
+    folder = clone_that_needs_nothing(tmp_path / "clone")
+    os.chown(str(folder), 65534, 65534)
+    result = robotont(folder, "build")
+    assert result.returncode == 0, result.stdout
+    assert {path.lstat().st_uid for path in (folder / ".build").rglob("*")} == {65534}
+
+
 def test_a_build_goes_to_another_folder_where_nobody_else_may_write_and_needs_nothing_from_pypi(tmp_path):
     folder, work = clone_that_needs_nothing(tmp_path / "clone"), tmp_path / "work"
     folder.chmod(0o555)

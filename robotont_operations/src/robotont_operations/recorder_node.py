@@ -17,8 +17,8 @@ PARAMETERS = (
     Parameter("folder", "/var/lib/robotont/black_box", "where the files are kept"),
     Parameter("topics", "cmd_vel cmd_vel/hand cmd_vel/navigation cmd_vel/default emergency_stop serial_write "
               "serial_read odom /diagnostics /rosout", "what is recorded, separated by blanks"),
-    Parameter("keep", 60.0, "how long this run's messages are kept; some 15 MB", "s", minimum=1.0, maximum=3600.0,
-              reason="more does not fit into memory"),
+    Parameter("keep", 60.0, "how long this run's messages are kept, within 15 MB", "s", minimum=1.0, maximum=3600.0,
+              reason="more than an hour does not fit"),
 )
 PERIOD = 1.0         # [s] between two files, each flushed to the disk: what a loss of power may cost
 WAITING = 8_000_000  # [bytes] that may wait for the disk

@@ -1,7 +1,7 @@
 """Holds what a wheel counts against what it is driven with, by four rules; each finds what a healthy wheel does not do.
 
-    NO_COUNTS  more is asked for it than what gravity and stiction may hold (MAX_LOAD) for 400 ms, in which it makes
-               less than a quarter of the way that is wanted, and at least six edges of that are missing
+    NO_COUNTS  more is asked for it than seven eighths of what gravity and stiction may hold (MAX_LOAD) for 400 ms,
+               in which it makes less than a quarter of the way that is wanted, and six edges of it or more are missing
     WRONG_WAY  driven one way, and counting the other way, for 450 ms: longer than a push
     TOO_MANY   more counts than the motor can make, for three periods
     NOISE      counts to and fro, nine turns within a few seconds, while it stands without effort

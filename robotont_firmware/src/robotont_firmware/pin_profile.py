@@ -1,7 +1,7 @@
 """Wiring profile "ours": a NUCLEO-L476RG wired as in docs/firmware.md. This is NOT how Robotont is wired.
 
-`./robotont flash --profile NAME` puts pin_profile_NAME.py on the board as pin_profile.mpy. A profile is all that
-depends on the electronics; motor by motor, in the order of the packets' fields.
+`./robotont flash --profile NAME` puts pin_profile_NAME.py on the board as pin_profile.mpy. Here is how the board
+is wired, motor by motor, in the order of the packets' fields; drivers other than these change config.py's numbers, too.
 """
 
 PROFILE = "ours"

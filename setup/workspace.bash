@@ -235,7 +235,8 @@ prepare() {
     build
     finish_setup
     # what sudo made is the clone's owner's, too: else no build of his would work behind it
-    [ "$(id -u)" != 0 ] || [ "$(stat -c %u "$ROOT")" = 0 ] || chown -R --reference="$ROOT" "$WORK"
+    [ "$(id -u)" != 0 ] || [ "$(stat -c %u "$ROOT")" = 0 ] || chown -R --reference="$ROOT" "$WORK" ||
+        echo "$WORK could not be given to its owner: builds without sudo may fail there" >&2
     environment  # with what has come
     exec 9>&-
 }

@@ -29,10 +29,12 @@ class Arrival:
     def look(self, place):
         """Ten times per second, with the robot at (x [m], y [m], yaw) on the map."""
         goal = self._goal.message
-        if goal and math.dist(place[:2], (goal.pose.position.x, goal.pose.position.y)) <= ARRIVED:
+        if not goal:
+            return
+        if math.dist(place[:2], (goal.pose.position.x, goal.pose.position.y)) <= ARRIVED:
             self._reached = goal
-        tolerance = STAYS if goal and goal is self._reached else ARRIVED
-        if goal and tolerance != self._set:
+        tolerance = STAYS if goal is self._reached else ARRIVED
+        if tolerance != self._set:
             self._set = tolerance
             with contextlib.suppress(rospy.ServiceException):  # another planner has no such service
                 self._reconfigure(Config(doubles=[DoubleParameter("xy_goal_tolerance", tolerance)]))

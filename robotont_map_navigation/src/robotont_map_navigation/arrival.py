@@ -10,7 +10,7 @@ from geometry_msgs.msg import PoseStamped
 
 from robotont_map_navigation.readings import Newest
 
-ARRIVED = 0.02  # [m] from the goal's place, where it arrives: xy_goal_tolerance of dwa_local_planner.yaml
+ARRIVED = 0.01  # [m] from the goal's place, where it arrives: xy_goal_tolerance of dwa_local_planner.yaml
 STAYS = 0.04    # [m] and where it stays, until the next goal
 
 

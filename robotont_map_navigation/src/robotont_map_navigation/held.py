@@ -2,7 +2,6 @@
 
 import cmath
 import math
-import threading
 import time
 from collections import deque
 
@@ -35,7 +34,6 @@ FELT_AT = (0.0, 0.05), (0.06, 0.15)
 # would ever clear it
 FRONT = -0.1, 0.0, 0.1
 PASSED = 0.05, 5.0  # [m] driven, or [s] gone by, since a touch, after which nothing is barred any more
-LOOK_PERIOD = 0.036  # [s] between two looks at where the odometry has the robot: four of them are FELT
 CLOUDS = 1.0        # [s] between two clouds: a costmap counts the age of what is felt up to the newest one
 
 
@@ -100,7 +98,6 @@ class Held:
     """
 
     def __init__(self, frames):
-        self._lock = threading.Lock()  # commands and looks have a thread each
         self._edge, self._frames = needed_radius(), frames  # now: the master may be gone when it is needed
         self._watch = HoldWatch(self._edge)
         # where there is no mux to tell it is navigation
@@ -113,36 +110,35 @@ class Held:
         self._told = rospy.Publisher("navigation/held", String, queue_size=1, latch=True)
         self._told.publish("")
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
-        self._seen = 0.0, (0.0, 0.0, 0.0)  # stamp [s] and pose in the odometry's frame, of the newest look
+        self._seen = 0.0, NOTHING  # stamp [s] and pose in the odometry's frame, of the newest look
         rospy.Subscriber("cmd_vel/limited", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("move_base/current_goal", PoseStamped, lambda _: self._tell(""), queue_size=1)  # tries anew
         RepeatingThread(self._tell_costmaps)
-        RepeatingThread(self._look)
         Health(robot_name(), {"motion": self._report})
 
     def _on_command(self, message):
-        with self._lock:
-            drives = self._driver.message.data == "navigation"
-            self._command = (message.linear.x, message.linear.y, message.angular.z) if drives else NOTHING
-            self._watch.command(self._command, time.monotonic())
+        drives = self._driver.message.data == "navigation"
+        self._command = (message.linear.x, message.linear.y, message.angular.z) if drives else NOTHING
+        self._watch.command(self._command, time.monotonic())
+        if self._command != NOTHING:
+            self._look()
         if self._words and self._driver.message.data in ("hand", "default"):  # who drives it away: it is free
             self._tell("")
 
     def _look(self):
         """Compare what the odometry, by tf that this process reads anyway, measured since the look before."""
-        found = self._command != NOTHING and self._frames.look_up(self._frames.odometry, self._frames.base)
+        found = self._frames.look_up(self._frames.odometry, self._frames.base)
         (before, start), stamp = self._seen, found and found.header.stamp.to_sec()
         if not found or stamp == before:
-            return LOOK_PERIOD
+            return
         x, y, yaw = pose = place_of(found)
         self._seen = stamp, pose
-        with self._lock:
-            measured = [part / (stamp - before) for part in between(start, pose)]
-            now = time.monotonic()
-            age = max(0.0, rospy.get_time() - stamp)  # another computer's clock may be ahead
-            lost = complex(*self._command[:2]) - complex(*measured[:2])  # [m/s]: towards what holds the robot ...
-            lost *= abs(lost) > LEAST  # ... if it is not a turn that is held
-            stand, words = self._watch.measure(measured, now - age, now)
+        measured = [part / (stamp - before) for part in between(start, pose)]
+        now = time.monotonic()
+        age = max(0.0, rospy.get_time() - stamp)  # another computer's clock may be ahead
+        lost = complex(*self._command[:2]) - complex(*measured[:2])  # [m/s]: towards what holds the robot ...
+        lost *= abs(lost) > LEAST  # ... if it is not a turn that is held
+        stand, words = self._watch.measure(measured, now - age, now)
         place, turned = complex(x, y), cmath.rect(1.0, yaw)
         if stand:
             self._stand.publish(STAND)
@@ -156,7 +152,6 @@ class Held:
             rospy.logwarn("navigation ends its goal: %s", words)
             self._tell(words)  # first: who has sent the goal asks why it ended
             self._cancel.publish(GoalID())
-        return LOOK_PERIOD
 
     def _tell_costmaps(self, lost=0j):
         """Something is in the way of the lost velocity, of a turn on the spot nobody knows where; the time to rest."""

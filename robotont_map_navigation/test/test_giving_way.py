@@ -104,3 +104,16 @@ def test_navigation_stands_while_something_comes_for_10_s_at_most_until_it_has_b
     lots = {one.data for one in stands}
     assert len(lots) == 2, "one for each"
     assert 0.0 < min(lots) < max(lots) <= 2.0, "what cmd_vel_mux takes"
+
+
+@pytest.mark.parametrize("rays, looked_at", [(101, 101), (640, 128)])
+def test_of_a_cameras_rays_as_many_are_looked_at_as_show_who_comes(monkeypatch, rays, looked_at):
+    """Each is compared with each of the view before."""
+    monitor, counts = Monitor(monkeypatch), []
+    monitor.stand(0.0, 0.0, 0.0)
+    monkeypatch.setattr(MovingThings, "come", lambda _, place, ends, *others: counts.append(ends.shape[1]))
+    monitor.hear("cmd_vel", twist(0.2))
+    scan = scan_of(np.full(rays, 0.8), stamp=rospy.Time.now(), frame="laser")
+    scan.angle_increment = 1.03 / rays
+    monitor.hear("scan", scan)
+    assert counts == [looked_at]

@@ -54,7 +54,7 @@ class SimulatorNodeTest(SimulationTest):
             self.assertTrue(((drawn == grey) == (seen == cell)).all())
         shipped = yaml.safe_load(places.config("maps/maze.yaml").read_text())
         place = maps[0].info.origin.position
-        self.assertEqual((round(place.x, 3), round(place.y, 3)), tuple(shipped["origin"][:2]))
+        self.assertEqual((round(place.x, 4), round(place.y, 4)), tuple(shipped["origin"][:2]))
         start = next(one for message in self.transforms for one in message.transforms if one.child_frame_id == "odom")
         self.assertEqual((start.header.frame_id, start.transform.translation.x), ("map", 0.5))
         self.assertAlmostEqual(start.transform.rotation.z, 0.5 ** 0.5, delta=1e-6)

@@ -15,7 +15,7 @@ from robotont_description.geometry import camera_place, robot_radius
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_simulator import camera_node as camera
 from robotont_simulator.simulation import Simulation
-from robotont_simulator.world import draw_map, read_world, tag
+from robotont_simulator.world import RESOLUTION, draw_map, read_world, tag
 from robotont_testing.harness import in_own_process
 from robotont_testing.simulated_wheels import touches
 
@@ -46,7 +46,7 @@ def test_posts_and_things_are_touched_seen_and_mapped_and_paint_is_neither(tmp_p
     scan = simulation.scan(np.array([0.0, math.pi / 2, math.pi]), 0.3, 4.0)
     assert scan == pytest.approx([0.95, 0.9, math.inf], abs=1e-3)
     image, origin = draw_map(world)
-    row, column = image.shape[0] - 1 - int((0.0 - origin[1]) / 0.05), int((0.96 - origin[0]) / 0.05)
+    row, column = image.shape[0] - 1 - int((0.0 - origin[1]) / RESOLUTION), int((0.96 - origin[0]) / RESOLUTION)
     assert image[row, column] == 0
     simulation.carry(1.0 - 0.2 + 0.002, 0.0, 0.0)
     simulation.step()

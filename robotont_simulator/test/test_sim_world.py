@@ -13,7 +13,7 @@ from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_driver.nodes.odom_node import planar
 from robotont_driver.odometry.odometry import WheelOdometry
 from robotont_simulator.surroundings import WorldMap
-from robotont_simulator.world import World, box, draw_map, read_world, write_map
+from robotont_simulator.world import RESOLUTION, World, box, draw_map, read_world, write_map
 from robotont_testing.robots import SHIPPED
 
 WORLDS = sorted((ROOT / "config" / "worlds").glob("*.yaml"))
@@ -24,9 +24,10 @@ def test_the_shipped_worlds_leave_room_for_the_robot_at_the_start(file):
     world = read_world(file)
     if world.solids:
         image, origin = draw_map(world)
-        column = int((world.start[0] - origin[0]) / 0.05)
-        row = image.shape[0] - 1 - int((world.start[1] - origin[1]) / 0.05)
-        assert np.all(image[row - 5:row + 6, column - 5:column + 6] == 254)
+        column = int((world.start[0] - origin[0]) / RESOLUTION)
+        row = image.shape[0] - 1 - int((world.start[1] - origin[1]) / RESOLUTION)
+        reach = round(0.25 / RESOLUTION)
+        assert np.all(image[row - reach:row + reach + 1, column - reach:column + reach + 1] == 254)
 
 
 @pytest.mark.parametrize("content, words", [
@@ -100,8 +101,8 @@ def test_a_wall_is_the_cell_that_its_face_is_in(off):
     image, origin = draw_map(World((*walls, box(2.0, -2.5, 9.0, 0.1, 0.0), box(2.0, 6.5, 9.0, 0.1, 0.0)),
                                    (2.0, 2.0, 0.0)))
     row = image[image.shape[0] // 2]
-    occupied = origin[0] + 0.05 * (np.flatnonzero(row == 0) + 0.5)
-    assert occupied == pytest.approx(faces, abs=0.02501)
+    occupied = origin[0] + RESOLUTION * (np.flatnonzero(row == 0) + 0.5)
+    assert occupied == pytest.approx(faces, abs=0.01251)
 
 
 def test_a_start_within_a_wall_has_no_map():
@@ -126,7 +127,7 @@ def test_what_is_thinner_than_a_cell_is_on_the_map(seed):
     (with_post, origin), (without, _) = (draw_map(World((*walls, *more), (0.5, 0.5, 0.0))) for more in ([post], []))
     rows, columns = np.nonzero(with_post != without)
     assert rows.size
-    places = origin + (np.array([columns, with_post.shape[0] - 1 - rows]).T + 0.5) * 0.05
+    places = origin + (np.array([columns, with_post.shape[0] - 1 - rows]).T + 0.5) * RESOLUTION
     assert np.hypot(*(places - (x, y)).T).max() < 0.1
 
 
@@ -151,7 +152,7 @@ def test_make_map_does_not_write_over_a_map_of_a_real_room(tmp_path, there):
 
 
 def test_a_map_that_needs_gigabytes_is_refused():
-    with pytest.raises(ValueError, match=r"found a map of 4002\d x 4002\d pixels, allowed: "):
+    with pytest.raises(ValueError, match=r"found a map of 8004\d x 8004\d pixels, allowed: "):
         draw_map(World((box(-1000.0, -1000.0, 0.1, 0.1, 0.0), box(1000.0, 1000.0, 0.1, 0.1, 0.0)), (0.0, 0.0, 0.0)))
 
 

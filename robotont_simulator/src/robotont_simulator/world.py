@@ -182,7 +182,7 @@ def read_world(file):
     return World(tuple(found), tuple(map(float, start)), tuple(map(tuple, content.get("tags") or ())))
 
 
-RESOLUTION = 0.05  # [m] per pixel of a map
+RESOLUTION = 0.025  # [m] per pixel of a map: amcl's pose is off by half of it with the walls
 HEAD = "# Written by make_map from the simulator's world"  # of a map's file
 LARGEST_MAP = 5 * 10 ** 7  # [pixels]; it takes 100 bytes a pixel to draw
 OCCUPIED, UNKNOWN, FREE = 0, 205, 254  # pixels of map_server
@@ -241,6 +241,6 @@ def write_map(world, file):
     write_file(description, (
         f"{HEAD}; do not edit.\n"
         f"image: {picture.name}\nresolution: {RESOLUTION}   # [m] per pixel\n"
-        f"origin: [{origin[0]:.3f}, {origin[1]:.3f}, 0.0]   # [m, m, rad] lower left corner\n"
+        f"origin: [{origin[0]:.4f}, {origin[1]:.4f}, 0.0]   # [m, m, rad] lower left corner\n"
         "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196   # so that grey, 205, is unknown\n"))
     return description

@@ -106,7 +106,7 @@ def test_navigation_stands_while_something_comes_for_10_s_at_most_until_it_has_b
     assert 0.0 < min(lots) < max(lots) <= 2.0, "what cmd_vel_mux takes"
 
 
-@pytest.mark.parametrize("rays, looked_at", [(101, 101), (640, 128)])
+@pytest.mark.parametrize("rays, looked_at", [(101, 101), (640, 160)])
 def test_of_a_cameras_rays_as_many_are_looked_at_as_show_who_comes(monkeypatch, rays, looked_at):
     """Each is compared with each of the view before."""
     monitor, counts = Monitor(monkeypatch), []

@@ -46,6 +46,7 @@ def test_navigation_that_has_to_stand_for_a_while_keeps_the_robot_and_goes_on_by
     assert arbiter.look(4.0) == []
     assert arbiter.command("navigation", NAVIGATION, 4.0) == [NAVIGATION]
     arbiter.stand("navigation", 2.0, 4.1)  # longer than its rest
+    arbiter.stand("navigation", 0.3, 4.2)  # of somebody else, and shorter
     for step in range(1, 20):
         assert arbiter.command("navigation", NAVIGATION, 4.1 + step / 10) in ([], [STOP])
         assert arbiter.command("default", DEFAULT, 4.15 + step / 10) == []

@@ -21,7 +21,7 @@ SPEED_PER_EDGE = single(as_float(TWO / single(64) / single(18.75)) * math.pi / a
 
 
 class Robotont2Board(Board):
-    """Generation 2 and 2.1 on its ST-LINK port. base_frame: firmware 2.1.3 or newer; distance: 0.127 before 2020.
+    """Generation 2 and 2.1 on its ST-LINK port. base_frame: firmware 2.1.3 or newer; distance: 0.127 before March 2020.
 
     Every 10 ms the motors' control, every 20 ms the main loop, every 100 ms a look at the time-out.
     """

@@ -17,8 +17,8 @@ STAYS = 0.04    # [m] and where it stays, until the next goal
 class Arrival:
     """Sets DWAPlannerROS' xy_goal_tolerance: wide from the arrival until the next goal.
 
-    Each new plan makes it forget that it has arrived, and amcl's pose moves by some cm while the robot turns: it would
-    drive after its goal, for ever. A tolerance that is always wide would let it stop short of the goal.
+    It does not remember that it has arrived, and amcl's pose moves by some cm while the robot turns: it would drive
+    after its goal, for ever. A tolerance that is always wide would let it stop short of the goal.
     """
 
     def __init__(self):

@@ -68,12 +68,13 @@ class _State:
 class Arbiter:
     """The highest input that moves drives; each method returns the twists to send, in this order.
 
-    Of the senders of one input the first that asks for motion has it until it stops or falls silent; the commands of
-    others are ignored meanwhile. An input takes the robot with its first command other than zero, and keeps it until
-    its `rest` has passed since its last motion. Zeros of an input that does not drive are ignored, so that an idle
-    sender blocks no other. An emergency stop takes the robot from all of them; each sender that has asked for motion
-    and not stopped when it is released has to stop first, by a zero of its own or by silence: releasing never moves
-    the robot. held, now: as of `StandFirst`.
+    Of the senders of one input the first that asks for motion has it until it stops or falls silent; the motion
+    that others ask for is ignored meanwhile, and their zeros unless the input has `zeros_of_all`. An input takes
+    the robot with its first command other than zero, and keeps it until its `rest` has passed since its last
+    motion. Zeros of an input that does not drive are ignored, so that an idle sender blocks no other. An emergency
+    stop takes the robot from all of them; each sender that has asked for motion and not stopped when it is released
+    has to stop first, by a zero of its own or by silence: releasing never moves the robot. held, now: as of
+    `StandFirst`.
     """
 
     def __init__(self, inputs, held=(), now=0.0):
@@ -136,7 +137,7 @@ class Arbiter:
     def stand(self, name, seconds, now):
         """What an input asks for is a zero from now on, for so long; it keeps the robot if it drives."""
         state = self._by_name[name]
-        state.stands_until, state.twist = now + seconds, STOP
+        state.stands_until, state.twist = max(state.stands_until, now + seconds), STOP  # of several the longest
         return self._stop() if state is self._driver else []
 
     def give_back(self, now):

@@ -28,7 +28,7 @@ PARAMETERS = (
     Parameter("max_angular_speed", 2.0, "likewise", "rad/s", minimum=0.01, maximum=100.0),
     Parameter("oldest_command", 0.2, "motion asked for longer ago is dropped", "s", minimum=0.1, maximum=2.0,
               reason="older commands surprise; states are up to 0.05 s old"),
-    Parameter("dead_man", 0.25, "the robot stops after this long without a command of the page that drives it", "s",
+    Parameter("dead_man", 0.25, "the robot stops when the newest command of the page that drives it is this old", "s",
               minimum=0.15, maximum=2.0,
               reason="for so long the robot drives on when the page dies"),
     Parameter("camera", "camera/color/image_raw/compressed", "topic of the camera's JPEG pictures"),

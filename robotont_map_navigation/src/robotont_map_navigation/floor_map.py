@@ -28,7 +28,7 @@ class FloorMap:
 
     def refusal(self, place, radius=0.0):
         """Why a round robot of `radius` [m] cannot stand at (x, y) [m], in words; empty where it can."""
-        clearance, words = self.clearance(place), ""
+        clearance, words = self.clearance(place) if radius else math.inf, ""
         if not self._at(np.ones_like(self._occupied), *place):
             words = "off the map, which is {:.1f} m x {:.1f} m large".format(*self.size)
         elif self._at(self._occupied, *place):

@@ -23,7 +23,7 @@ NO_FLASHING = """\
 This command does not flash it; if the driver speaks with it: roslaunch robotont_bringup robot.launch port:={port}
 Flashed with wiring that is not its own, a robot may run away or burn. Docs: docs/firmware.md"""
 SAFE_MODE = ("hold USER, press and release RESET, let USER go when the green LED has blinked twice (safe mode; three "
-             "blinks would erase the files), and run this again.")  # fmt: skip
+             "blinks would erase the files), and run this again, with --profile.")  # fmt: skip
 
 
 class FlashError(Exception):

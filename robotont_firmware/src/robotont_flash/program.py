@@ -32,7 +32,7 @@ USUAL = 0.75  # inertia in mass times the wheels' distance squared: the thesis' 
 UNTOUCHED = "Nothing was written: the board has what it had."
 STOPPED = "The board has the files that it had; a firmware that ran was stopped. RESET starts it again."
 EXCHANGING = ("The board has the old firmware, or the new one, or none that runs (then nothing drives its motors), "
-              "and no mixture. Run this again.")  # fmt: skip
+              "and no mixture. Run this again, with --profile.")  # fmt: skip
 NEW = "The new firmware is on the board, whole."
 
 

@@ -40,7 +40,7 @@ SMOOTH = 0.07         # of the most edges a period: roughness of `gap` per loop 
 VISITS = 4            # of a place among LOOPS over which its length is averaged
 NEGLIGIBLE = 5.0      # [edges] by which it does not matter whether the board has restarted
 STRANGE = 50          # lines in a row that moved against their own twist: firmware before March 2020
-OLD = ("firmware from before March 2020: it has no time-out, or its poses are short by 11 to 24 %; flash the makers' "
+OLD = ("firmware from before March 2020: it has no time-out, or its poses are 11 to 24 % off; flash the makers' "
        "2.1.3 (robot:=robotont2) or this project's (robot:=robotont21, docs/firmware.md)")
 
 USB_ID = "0483:5740"  # of generation 3: STM32 virtual serial port

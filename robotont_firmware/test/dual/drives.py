@@ -1,6 +1,7 @@
 """Drives over drivers, loads, slopes, encoders and speeds: who is found, how fast, and who is blamed wrongly.
 
 Under MicroPython or CPython: `drives.py SRC broken|healthy COUNT SEED`; imported, `broken` and `healthy` do it.
+`drives.py SRC starts THOUSANDTHS 1`: with drivers that coast, speeding up by so many of a unit each period.
 """
 
 import sys
@@ -117,7 +118,27 @@ def healthy(random, seconds):
     return 0, driven, None
 
 
+def starts(step):
+    """Return the loads with which a healthy wheel is blamed, speeding up by `step` [units] each period."""
+    blamed = []
+    for tau in (120, 200, 300):  # the last one is the robot with all that it carries
+        for friction, battery in ((8, 123), (8, 110), (9, 105)):
+            for target in ((33, -16.5, -16.5), (28, -28, 0), (33, 33, 33)):
+                config, motor, _ = PROFILES[2]
+                made, part = Robot(settings=config), 0
+                for wheel in made.board.motors:
+                    wheel.__init__(**dict(motor, tau=tau, friction=friction, battery=battery))
+                for period in range(150):
+                    part = min(1, part + step / 33)
+                    if say(made, [part * speed for speed in target], 1, period) is not None:
+                        blamed.append((tau, friction, battery, target, period))
+                        break
+    return blamed
+
+
 if __name__ == "__main__":
     what, count, random = sys.argv[2], int(sys.argv[3]), Random(int(sys.argv[4]))
-    for _ in range(count):
+    for _ in range(count if what != "starts" else 0):
         print(broken(random) if what == "broken" else healthy(random, 60))
+    if what == "starts":
+        print(starts(count / 1000))

@@ -21,7 +21,7 @@ def blamed(acceleration):
     return ast.literal_eval(run.stdout)
 
 
-def test_no_healthy_wheel_of_robotont21_is_blamed_as_it_speeds_up():
+def test_no_healthy_wheel_of_robotont21_is_blamed_as_it_starts():
     """With 1.5 m/s^2 one was, half a second after a start sideways: its drivers coast, and so push less."""
     given = yaml.safe_load(config("robots/robotont21/driver.yaml").read_text())["driver_node"]
     distance = read_robot("robotont21").wheels.levers[0]

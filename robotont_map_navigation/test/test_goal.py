@@ -56,7 +56,7 @@ def test_the_planners_tolerance_is_wide_from_the_arrival_to_the_next_goal(monkey
         return lambda config: heard.extend((each.name, each.value) for each in config.doubles)
     monkeypatch.setattr(rospy, "ServiceProxy", service)
     arrival = Arrival()
-    for places in (1.0, 1.97, 1.995, 1.97), (1.97,):
+    for places in (1.0, 1.985, 1.995, 1.97), (1.97,):
         goal = PoseStamped()
         goal.pose.position.x = 2.0
         bus.hear("move_base/current_goal", goal)

@@ -30,7 +30,7 @@ PERIOD = 0.02  # [s] between two twists of the odometry, of every folder's board
 SLOWER = 0.036  # [s] likewise, as of an EKF
 AHEAD = 0.2, 0.0, 0.0
 REST = 0.0, 0.0, 0.0
-LIMITS = Limits(linear_acceleration=1.5, angular_acceleration=8.0, linear_deceleration=2.25)  # of the folders
+LIMITS = Limits(linear_acceleration=1.5, angular_acceleration=8.0, linear_deceleration=2.25)  # of most folders
 FOLDERS = "thesis", "four_wheels", "robotont2", "robotont21", "robotont3"
 PUSHING = 0.3  # [s] at most of wheels that are commanded against what holds them
 

@@ -128,7 +128,7 @@ def test_what_is_thinner_than_a_cell_is_on_the_map(seed):
     rows, columns = np.nonzero(with_post != without)
     assert rows.size
     places = origin + (np.array([columns, with_post.shape[0] - 1 - rows]).T + 0.5) * RESOLUTION
-    assert np.hypot(*(places - (x, y)).T).max() < 0.1
+    assert np.hypot(*(places - (x, y)).T).max() < 0.05
 
 
 def test_make_map_does_not_write_over_a_world(tmp_path):

@@ -26,5 +26,6 @@ def test_no_healthy_wheel_of_robotont21_is_blamed_as_it_starts():
     given = yaml.safe_load(config("robots/robotont21/driver.yaml").read_text())["driver_node"]
     distance = read_robot("robotont21").wheels.levers[0]
     assert blamed(given["max_linear_acceleration"]) == []
+    assert blamed(given["max_linear_deceleration"]) == []  # that of a wheel where the direction changes
     assert blamed(given["max_angular_acceleration"] * abs(distance)) == []
     assert blamed(1.5)

@@ -138,7 +138,7 @@ def starts(step):
 
 if __name__ == "__main__":
     what, count, random = sys.argv[2], int(sys.argv[3]), Random(int(sys.argv[4]))
-    for _ in range(count if what != "starts" else 0):
+    for _ in range(0 if what == "starts" else count):
         print(broken(random) if what == "broken" else healthy(random, 60))
     if what == "starts":
         print(starts(count / 1000))

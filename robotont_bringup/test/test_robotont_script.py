@@ -243,6 +243,7 @@ def test_an_unknown_command_lists_those_that_there_are():
 @pytest.mark.parametrize("arguments, words", [  # of arguments: one for each way of a command to take its own
     (["simm"], "no such command: simm; did you mean sim?"),
     (["sim", "wrold:=room"], "no argument --wrold; did you mean --world?"),
+    (["sim", "frame_prefix:=a/"], "no argument --frame_prefix"),  # the launch file itself gives it a value
     (["keys", "--linear_speeds"], "no argument --linear_speeds; did you mean _linear_speed:=VALUE?"),
     (["report", "--outptu"], "no argument --outptu"), (["lint", "x"], "no argument x"),
     (["rviz"], "RViz needs a display, and DISPLAY is not set")])

@@ -19,13 +19,13 @@ LAUNCH = Path(__file__).resolve().parents[3] / "launch"
 
 
 def arguments(files):
-    """{name: (default, its words)} of the arguments of launch files, but for those without words."""
+    """{name: (default, its words)} of the arguments of launch files, but for those without words or with a value."""
     found = {}
     for file in files:
         for one in ElementTree.parse(str(LAUNCH / f"{file}.launch")).getroot().findall("arg"):
-            if one.get("default") is not None and one.get("doc"):
+            if one.get("value") or one.get("doc"):
                 found.setdefault(one.get("name"), (one.get("default"), one.get("doc")))
-    return found
+    return {name: (default, doc) for name, (default, doc) in found.items() if default is not None and doc}
 
 
 def main():

@@ -205,6 +205,6 @@ def main():
                   file=sys.stderr)
             return 1
     for note in report.notes:
-        print("without", note.encode("utf-8", "backslashreplace").decode())
+        print("note:", note.encode("utf-8", "backslashreplace").decode())
     print(f"{output}: {os.path.getsize(output) / 1000:.0f} kB; look into it before you hand it on: tar tzf {output}")
     return 0

@@ -12,7 +12,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
 from robotont_driver.kinematics.se2 import between
-from robotont_map_navigation import held, localization_check, navigation_monitor
+from robotont_map_navigation import felt, held, localization_check, navigation_monitor
 from robotont_map_navigation.readings import COSTMAP, message_of, place_of
 from robotont_testing.bus import Bus, transform
 
@@ -91,7 +91,7 @@ class Monitor(TimedBus):
     def __init__(self, monkeypatch):
         super().__init__(monkeypatch)
         self.places, self.reports, self.measured = {}, {}, None
-        for module in localization_check, navigation_monitor, held:
+        for module in localization_check, navigation_monitor, felt:
             monkeypatch.setattr(module, "RepeatingThread", lambda function: self.later(0.0, self._work, function))
         for module in localization_check, held:
             monkeypatch.setattr(module, "Health", lambda _, subjects: self.reports.update(subjects))

@@ -16,7 +16,8 @@ from robotont_driver.command.limits import Limits, limit_acceleration
 from robotont_driver.kinematics.se2 import compose
 from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_map_navigation.held import FELT, FELT_AT, FREE, FRONT, LAG, PASSED, STAND, TRIES, HoldWatch
+from robotont_map_navigation.felt import FELT_AT
+from robotont_map_navigation.held import FELT, FREE, FRONT, LAG, PASSED, STAND, TRIES, HoldWatch
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing import places

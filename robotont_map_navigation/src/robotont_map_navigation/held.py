@@ -8,13 +8,10 @@ from collections import deque
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, Twist, Vector3
-from sensor_msgs import point_cloud2
-from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import Float32, Header, String
+from std_msgs.msg import Float32, String
 
 from robotont_driver.kinematics.se2 import between
 from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
-from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_map_navigation.readings import Newest, needed_radius, place_of
 
 LAG = 0.08      # [s] from a command until the wheels of every robot folder, also with 8 kg, move at MOVES of it
@@ -27,14 +24,10 @@ MOVES = 1 / 3   # of the commanded motion at least
 SILENCE = 0.5   # [s] without a measured twist or a command, and nothing is known
 MOST_COMMANDS = 1000  # that are kept where no twist comes
 NOTHING = 0.0, 0.0, 0.0
-# [m] from the edge that plans keep free to what is felt, and its height: the local costmap takes the lower one, that no
-# motion may touch, the global one the higher one, so that plans begin outside of it
-FELT_AT = (0.0, 0.05), (0.06, 0.15)
 # [rad] from the direction of travel, where it may be: so little that a camera at the front sees past it, or no scan
 # would ever clear it
 FRONT = -0.1, 0.0, 0.1
 PASSED = 0.05, 5.0  # [m] driven, or [s] gone by, since a touch, after which nothing is barred any more
-CLOUDS = 1.0        # [s] between two clouds: a costmap counts the age of what is felt up to the newest one
 
 
 class HoldWatch:
@@ -92,19 +85,18 @@ class HoldWatch:
 class Held:
     """Where the robot does not move as navigation commands, `navigation/stand` lets it stand for a moment.
 
-    `navigation/felt` tells the costmaps what it has touched, so that the next plan leads around it, and
-    `navigation/barred` keeps it from leaning on that while it turns to go there.
+    The costmaps are told what it has touched, and `navigation/barred` keeps it from leaning on that while it turns to
+    go around it.
     Where that happens again and again, every goal is cancelled; `navigation/held` tells why.
     """
 
-    def __init__(self, frames):
-        self._edge, self._frames = needed_radius(), frames  # now: the master may be gone when it is needed
-        self._watch = HoldWatch(self._edge)
+    def __init__(self, frames, felt):
+        """felt: `Felt`."""
+        self._frames, self._felt, self._watch = frames, felt, HoldWatch(needed_radius())
         # where there is no mux to tell it is navigation
         self._driver = Newest("cmd_vel/driven_by", String, String("navigation"), tcp_nodelay=True)
         self._words, self._command = "", NOTHING
         self._touched = 0j, 0j, -math.inf  # where the robot was, and the way [unit vector], x + iy of odom; [s] when
-        self._felt = rospy.Publisher("navigation/felt", PointCloud2, queue_size=1)
         self._stand = rospy.Publisher("navigation/stand", Float32, queue_size=1, tcp_nodelay=True)
         self._barred = rospy.Publisher("navigation/barred", Vector3, queue_size=1, tcp_nodelay=True)
         self._told = rospy.Publisher("navigation/held", String, queue_size=1, latch=True)
@@ -113,7 +105,6 @@ class Held:
         self._seen = 0.0, NOTHING  # stamp [s] and pose in the odometry's frame, of the newest look
         rospy.Subscriber("cmd_vel/limited", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber("move_base/current_goal", PoseStamped, lambda _: self._tell(""), queue_size=1)  # tries anew
-        RepeatingThread(self._tell_costmaps)
         Health(robot_name(), {"motion": self._report})
 
     def _on_command(self, message):
@@ -143,7 +134,8 @@ class Held:
         if stand:
             self._stand.publish(STAND)
             self._touched = place, lost and lost / abs(lost) * turned, now
-            self._tell_costmaps(lost)
+            # of a turn on the spot nobody knows where
+            self._felt.tell([cmath.phase(lost) + side for side in FRONT if lost])
         before, way, since = self._touched
         if abs(place - before) < PASSED[0] and now - since < PASSED[1]:
             way /= turned
@@ -152,14 +144,6 @@ class Held:
             rospy.logwarn("navigation ends its goal: %s", words)
             self._tell(words)  # first: who has sent the goal asks why it ended
             self._cancel.publish(GoalID())
-
-    def _tell_costmaps(self, lost=0j):
-        """Something is in the way of the lost velocity, of a turn on the spot nobody knows where; the time to rest."""
-        bearing, edge = cmath.phase(lost), self._edge
-        points = [((edge + off) * math.cos(bearing + side), (edge + off) * math.sin(bearing + side), height)
-                  for off, height in FELT_AT for side in FRONT if lost]
-        self._felt.publish(point_cloud2.create_cloud_xyz32(Header(0, rospy.Time.now(), self._frames.base), points))
-        return CLOUDS
 
     def _tell(self, words):
         self._words = words

@@ -8,6 +8,7 @@ from nav_msgs.msg import OccupancyGrid
 
 from robotont_driver.ros.repeating_thread import RepeatingThread
 from robotont_map_navigation.arrival import Arrival
+from robotont_map_navigation.felt import Felt
 from robotont_map_navigation.giving_way import GivesWay
 from robotont_map_navigation.held import Held
 from robotont_map_navigation.localization_check import LocalizationCheck
@@ -24,7 +25,7 @@ class NavigationMonitor:
     def __init__(self, _parameters):
         self._frames = frames = Frames()
         self._check, self._clearing, self._arrival = LocalizationCheck(frames), FootprintClearing(), Arrival()
-        self._others = Held(frames), GivesWay(frames)
+        self._others = Held(frames, Felt(frames)), GivesWay(frames)
         self._for_amcl, self._for_planning = (rospy.Publisher(f"map_for_{who}", OccupancyGrid, queue_size=1, latch=True)
                                               for who in ("amcl", "planning"))
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)

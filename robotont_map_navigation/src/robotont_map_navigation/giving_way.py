@@ -1,6 +1,7 @@
 """Gives way: while something comes to where the robot drives, navigation stands, until it has passed or stands, too.
 
 Plans take all that they see for things that stand, and lead so close past a person, or another robot, that both touch.
+Who then stands nearer than the scanner measures is for them where it saw him last: so they are told.
 """
 
 import math
@@ -14,7 +15,8 @@ from geometry_msgs.msg import Twist
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float32
 
-from robotont_map_navigation.readings import Newest, place_of, rays_of
+from robotont_driver.kinematics.se2 import between
+from robotont_map_navigation.readings import Newest, blind_rays_of, place_of, rays_of
 
 NEAR = 1.0         # [m] from the sensor: what moves farther off may go anywhere
 BESIDE = 1.0       # [rad] to each side of the way
@@ -28,6 +30,9 @@ LONGEST = 10.0     # [s] of it; what moves on the spot for longer, as a curtain,
 ANOTHER = 3.0      # [s] without motion, and the next one draws again
 IDLE = 0.5         # [s] without a command, and nothing drives
 TIMEOUT = 0.05     # [s] for the transform of a scan
+CLOSE = 0.3        # [m] farther off than the scanner measures: who was seen there last, and then not at all, ...
+WIDE = 0.3         # [rad] ... within so much of where he was, ...
+STAYS = 2.5        # [s] ... so long behind his last motion, stands before the robot
 
 
 class MovingThings:
@@ -35,6 +40,7 @@ class MovingThings:
 
     def __init__(self):
         self._views, self._found = deque(), False
+        self.seen = np.zeros((2, 0))  # [m] from the sensor, in axes that stand: what came, when it did last
 
     def come(self, place, ends, free, way, now):
         """Whether something that moves is near, and on the way.
@@ -51,19 +57,24 @@ class MovingThings:
         if way is None or not BACK / 2 < now - then < 2 * BACK or not before.size:
             return False
         ahead = np.cos(np.arctan2(ends[1], ends[0]) - way) > math.cos(BESIDE)
-        points = ends[:, ahead & (np.hypot(*ends) < NEAR)] + np.subtract(place, there)[:, None]
+        near = ends[:, ahead & (np.hypot(*ends) < NEAR)]
+        points = near + np.subtract(place, there)[:, None]
         across = abs(np.outer(points[0], before[1]) - np.outer(points[1], before[0]))
         alike = across < math.tan(ALIKE) * (points.T @ before)
         seen = np.where(alike, np.hypot(*before), math.inf).min(axis=1, initial=math.inf)
-        self._found = np.count_nonzero(np.isfinite(seen) & (seen > np.hypot(*points) + FARTHER)) >= POINTS
+        moving = np.isfinite(seen) & (seen > np.hypot(*points) + FARTHER)
+        self._found = np.count_nonzero(moving) >= POINTS
+        if found and self._found:
+            self.seen = near[:, moving]
         return found and self._found
 
 
 class GivesWay:
-    """`navigation/stand` while something comes."""
+    """`navigation/stand` while something comes; what is too near to be measured is `felt`, a `Felt`."""
 
-    def __init__(self, frames):
-        self._frames, self._things = frames, defaultdict(MovingThings)  # by frame: of two scanners each sees its own
+    def __init__(self, frames, felt):
+        self._frames, self._felt = frames, felt
+        self._things = defaultdict(MovingThings)  # by frame: of two scanners each sees its own
         self._command = Newest("cmd_vel", Twist, tcp_nodelay=True)
         self._wait, self._came, self._since = 0.0, -math.inf, 0.0
         self._stand = rospy.Publisher("navigation/stand", Float32, queue_size=1, tcp_nodelay=True)
@@ -89,3 +100,14 @@ class GivesWay:
             self._came = now
             if now - self._since < LONGEST:
                 self._stand.publish(self._wait)
+        if now - self._came < STAYS:
+            self._feel(things.seen, blind_rays_of(scan, sensor)[:, ::step], place_of(sensor)[:2], robot)
+
+    def _feel(self, seen, blind, start, robot):
+        """Tell the costmaps who stands where nothing is measured now. All in axes that stand; start: of the rays."""
+        reach = np.hypot(*blind)
+        beside = blind.T @ seen > math.cos(WIDE) * np.outer(reach, np.hypot(*seen))
+        near = blind[:, (beside & (np.hypot(*seen) < reach[:, None] + CLOSE)).any(axis=1)]
+        if near.size:
+            x, y, _ = between(robot, (*(near / 2 + np.reshape(start, (2, 1))), 0.0))
+            self._felt.tell(np.unique(np.arctan2(y, x).round(1)))

@@ -25,7 +25,8 @@ class NavigationMonitor:
     def __init__(self, _parameters):
         self._frames = frames = Frames()
         self._check, self._clearing, self._arrival = LocalizationCheck(frames), FootprintClearing(), Arrival()
-        self._others = Held(frames, Felt(frames)), GivesWay(frames)
+        felt = Felt(frames)
+        self._others = Held(frames, felt), GivesWay(frames, felt)
         self._for_amcl, self._for_planning = (rospy.Publisher(f"map_for_{who}", OccupancyGrid, queue_size=1, latch=True)
                                               for who in ("amcl", "planning"))
         rospy.Subscriber("map", OccupancyGrid, self._on_map, queue_size=1)

@@ -86,7 +86,18 @@ def rays_of(scan, sensor):
     TransformStamped of its frame, which may hang or tilt.
     """
     ranges = np.array(scan.ranges)
-    angles, shares = seen_from_above(rotation_of(sensor.transform.rotation),
-                                     scan.angle_min + scan.angle_increment * np.arange(len(ranges)))
-    ways = np.minimum(ranges, scan.range_max) * shares * (np.cos(angles), np.sin(angles))
+    ways = np.clip(ranges, 0.0, scan.range_max) * _ways(scan, sensor)
     return ways[:, (ranges >= scan.range_min) & (ranges < scan.range_max)], ways[:, ranges == math.inf]
+
+
+def blind_rays_of(scan, sensor):
+    """2 x K [m], as of `rays_of`: those without a reading, which may meet something before range_min."""
+    ranges = np.array(scan.ranges)
+    return scan.range_min * _ways(scan, sensor)[:, ~(ranges >= scan.range_min)]
+
+
+def _ways(scan, sensor):
+    """2 x N, a ray's way from above per metre."""
+    angles, shares = seen_from_above(rotation_of(sensor.transform.rotation),
+                                     scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges)))
+    return shares * np.array((np.cos(angles), np.sin(angles)))

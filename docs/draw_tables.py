@@ -36,9 +36,9 @@ A namespace is put before names of topics that begin with no `/`. Most nodes pub
 parameter stands its default, behind the meaning a number's bounds.
 
 A node reads its parameters as it starts. After `rosparam set`, end it by `rosnode kill NODE`. Nodes of `robot.launch`
-start again; `web_teleop_node` and `simulator_node` end their whole launch. A launch sets the values of its files as it
-starts: change the file in `config/`. A wrong value ends the node, with a message that says what is allowed. Your
-robot's values stand in [its folder](robots.md).
+start again; `web_teleop_node` and `simulator_node` end their whole launch. `camera_node` ends for good.
+`keyboard_teleop` takes only `_NAME:=VALUE`. A launch sets its arguments and the values of files in `config/` as it
+starts: change these. A wrong value ends the node, with a message that says what is allowed.
 With `composed:=true` the driver's three nodes are one, `robotont_node`. It has their topics, reads their parameters
 under their names, and takes no `serial_write` or `serial_read` of other processes.
 """

@@ -57,7 +57,7 @@ def test_no_program_ends_at_a_letter_that_its_terminal_lacks():
 @pytest.mark.parametrize("world, name, installed, words", [
     ("room", "", ["move_base"], "navigation.launch localization:=fake map:=none'"),
     ("colors", "robot1", ["move_base"], "localization:=fake map:=none namespace:=robot1'"),
-    ("empty", "", ["move_base"], ""), ("room", "", [], "")])
+    ("empty", "", ["move_base"], ""), ("line", "", ["move_base"], ""), ("room", "", [], "")])
 def test_how_to_navigate_is_told_where_one_can(world, name, installed, words, monkeypatch):
     monkeypatch.setattr(launch.rospkg.RosPack, "list", lambda _self: installed)
     found = launch.navigation_step({"world": world}, name)

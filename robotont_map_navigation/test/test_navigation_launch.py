@@ -58,7 +58,7 @@ def test_a_missing_package_is_named():
                             check=False, text=True, stderr=subprocess.PIPE)
     assert (result.returncode, result.stderr.strip()) == (
         1, "navigation.launch needs the ROS packages no_such_package, nor_this, which are missing: "
-        "sudo apt-get install ros-noetic-navigation (ROS Noetic; Debian itself has none)")
+        "sudo apt-get install ros-noetic-navigation (of ROS Noetic)")
 
 
 @pytest.mark.parametrize("arguments, localization", [

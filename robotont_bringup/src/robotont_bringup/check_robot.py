@@ -8,6 +8,9 @@ from robotont_driver.kinematics.wheel_params import doubts, no_load_speeds
 from robotont_driver.parameters.parameters import ParameterError, read_parameters
 from robotont_driver.robots.robot_folder import PARAMETERS, read_robot
 
+ARGUMENTS = {  # that robot.launch sets behind the folder's parameters
+    "serial_com_node": ("port", "range_frame_prefix", "base_frame"),
+    "odom_node": ("odom_frame", "base_frame", "joint_prefix", "publish_tf")}
 MOST_POWER = 300.0  # [W] of a motor of such a robot; Robotont's have 8
 
 
@@ -24,6 +27,8 @@ def parameter_faults(robot):
     faults = []
     for module, check in ((driver_node, bool), (odom_node, of_joints), (serial_com_node, of_wheels)):
         node = module.__name__.rpartition(".")[2]
+        faults += [f"{robot.folder / PARAMETERS}: {node}: ~{name}: is an argument of robot.launch"
+                   for name in ARGUMENTS.get(node, ()) if name in robot.parameters.get(node, {})]
         try:
             check(read_parameters(module.PARAMETERS, robot.parameters.get(node, {})))
         except ParameterError as error:

@@ -27,6 +27,7 @@ from roslaunch.rlutil import get_or_generate_uuid
 
 ROBOTONT = Path(__file__).resolve().parents[3] / "robotont"
 REFUSED = "Cannot load command parameter"  # the command has said why
+NO_MAP = ("empty", "line")  # worlds in which nothing stands
 USUAL_MASTER = ("", "http://localhost:11311", "http://127.0.0.1:11311")
 NEXT_STEPS = """
 The robot runs. {page}In another terminal{master}:
@@ -80,7 +81,8 @@ def navigation_step(given, name):
 
     By the ground truth: amcl would begin at the world's start, wherever the robot has been driven since.
     """
-    if given.get("world", "empty") == "empty" or "move_base" not in rospkg.RosPack().list():
+    if (given.get("world", "empty") in NO_MAP or given.get("world_map") == "false"
+            or "move_base" not in rospkg.RosPack().list()):
         return ""
     arguments = "localization:=fake map:=none"  # the simulator publishes the world's own
     arguments += f" namespace:={name}" if name else ""

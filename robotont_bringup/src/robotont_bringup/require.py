@@ -37,7 +37,7 @@ def missing(packages):
 def words(launch_file, packages, debian_package=None):
     """One line with the packages that a launch file lacks, and how to get them."""
     several = len(packages) > 1
-    remedy = f"sudo apt-get install {debian_package} (ROS Noetic; Debian itself has none)" if debian_package else \
+    remedy = f"sudo apt-get install {debian_package} (of ROS Noetic)" if debian_package else \
         f"build {'them' if several else 'it'} in this workspace"
     return (f"{launch_file} needs the ROS package{'s' if several else ''} {', '.join(packages)}, "
             f"which {'are' if several else 'is'} missing: {remedy}")
@@ -120,5 +120,5 @@ def main():
         sys.exit(f"{options.launch_file}: {name} runs already on ROS master {master_uri}: {process}. Use that one, or "
                  "end it first: Ctrl-C where it was started, sudo systemctl stop 'robotont*' for the services "
                  "(roslaunch starts again what is killed). For another robot: namespace:=NAME; where this file has "
-                 "none, ROS_NAMESPACE=NAME before roslaunch")
+                 "none, __ns:=NAME if it has that, else ROS_NAMESPACE=NAME before roslaunch")
     print("true")

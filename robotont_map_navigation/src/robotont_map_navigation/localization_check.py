@@ -161,13 +161,14 @@ class LocalizationCheck:
 
     def _describe(self, mean, wrong):
         """(level, message) of the diagnostics."""
+        own = rospy.get_namespace()
         silence, unlaid = (time.monotonic() - since for since in (self._scan.came, self._laid))
         found = _explains(mean) if mean else "nothing to compare: the scan shows nothing"
         explained, through = mean or (1.0, 0.0)
         return next((level, words) for applies, level, words in (
             (self.floor_map is None, WARN, "no map: does map_server run?"),
             (silence <= SILENCE < unlaid, WARN, "the scan cannot be laid on the map: no transform leads to its frame"),
-            (wrong, ERROR, f"{wrong}; {REMEDY}"),
+            (wrong, ERROR, f"{wrong}; {REMEDY}" + f" __ns:={own}" * (own != "/")),
             (silence > SILENCE, WARN,
              f"no scan for {silence:.0f} s: does its sensor run? Navigation stands until it comes again"
              if self._has_sensor() else "no scan yet: does its sensor run? Navigation does not see"),

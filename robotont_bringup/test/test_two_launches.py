@@ -77,6 +77,21 @@ def test_a_second_mux_is_refused_by_each_launch_file_that_starts_one(capfd):
             load_config_default([(str(places.launch(file)), [argument])], None)
 
 
+def test_a_second_page_or_rviz_is_refused_and_that_of_another_robot_is_not(capfd):
+    """Each ends all with it, the simulator too: RViz and the page are required."""
+    with Master() as master:
+        for file, node in (("teleop.launch", "web_teleop_node"), ("rviz.launch", "rviz")):
+            load_config_default([(str(places.launch(file)), [])], None)
+            master.start(places.program("robotont_teleop", "cmd_vel_mux"), f"__name:={node}")
+            pid = pid_of(master, f"/{node}")
+            with pytest.raises(RLException):
+                load_config_default([(str(places.launch(file)), [])], None)
+            assert f"{file}: /{node} runs already on ROS master {master.uri}: process {pid} " in capfd.readouterr().err
+            load_config_default([(str(places.launch(file)), ["namespace:=robot1"])], None)
+        load_config_default([(str(places.launch("simulation.launch")),
+                              ["description:=false", "robots:=2", "teleop:=true", "rviz:=true"])], None)
+
+
 def test_of_two_launches_at_once_one_is_refused_with_the_name_of_the_other():
     with Master() as master:
         logs = [master.folder / "one", master.folder / "two"]

@@ -24,6 +24,7 @@ SECRET = "x7Rk hunter22 lmno"  # behind no word that means one
 def _run(tmp_path, monkeypatch, capsys):
     """Run the report; (its words, {name: contents})."""
     monkeypatch.setattr(report, "COMMANDS", {})
+    monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "logs"))
     monkeypatch.setenv("ROS_MASTER_URI", f"http://me:hunter22@127.0.0.1:{free_port()}")
     output = tmp_path / "r.tar.gz"
@@ -38,14 +39,16 @@ def _run(tmp_path, monkeypatch, capsys):
     return run
 
 
-def test_what_fails_or_of_which_nothing_may_be_kept_is_in_the_notes_and_a_small_archive_has_a_size(run, monkeypatch):
+def test_what_fails_or_of_which_nothing_may_be_kept_is_in_the_notes_and_a_small_archive_has_a_size(
+        run, monkeypatch, tmp_path):
     monkeypatch.setattr(report, "COMMANDS", {
         "a.txt": (("echo", "fine"), ".*"), "b.txt": (("false",), ".*"), "c.txt": (("no_such",), ".*"),
         "d.txt": (("echo", SECRET), "tty.*")})
     said, found = run()
     notes = found["r/notes.txt"]
     for words in ("b.txt: false has ended with status 1", "c.txt: ", "d.txt: echo has ended with status 0; "
-                  f"{len(SECRET) + 1} characters, of which 0 may be kept", "recorder.launch folder:="):
+                  f"{len(SECRET) + 1} characters, of which 0 may be kept", "recorder.launch folder:=",
+                  f"logs/ros: no log file of the robot's nodes in {tmp_path}/.ros/log, {tmp_path}/logs"):
         assert words in notes
         assert words in said
     assert "a.txt" not in notes

@@ -115,6 +115,8 @@ class Report:
         own = re.compile(rf"(?:\w+-)*(?:{'|'.join(OWN)})-\d+(?:-stdout)?\.log(?:\.\d+)?")
         files = [path for folder in set(folders) for path in Path(folder).rglob("*")
                  if own.fullmatch(path.name) and path.is_file() and not path.is_symlink()]
+        if not files:
+            self.notes.append(f"logs/ros: no log file of the robot's nodes in {', '.join(sorted(set(folders)))}")
         for path in sorted(files, key=lambda path: path.stat().st_mtime)[-LOG_FILES:]:
             try:
                 with open(path, "rb") as file:

@@ -86,8 +86,7 @@ class RostestFile(pytest.File):
             rostest.add_marker(pytest.mark.alone)
         if self.path.name == "robotont_msgs.test" and not has_robotont_msgs():
             rostest.add_marker(pytest.mark.skip(
-                reason="needs the official package robotont_msgs at $ROBOTONT_MSGS or .build/robotont_msgs "
-                       "(docs/robots.md)"))
+                reason="needs the official package robotont_msgs at $ROBOTONT_MSGS or .build/robotont_msgs"))
         yield rostest
 
 

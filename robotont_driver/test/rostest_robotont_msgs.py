@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The topics whose messages are those of the official package robotont_msgs, with that package itself.
 
-Skipped without it; conftest.py finds it where the documentation says.
+Skipped without it; conftest.py says where it is looked for.
 """
 
 import unittest

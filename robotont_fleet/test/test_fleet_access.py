@@ -118,6 +118,9 @@ def test_an_empty_password_is_none_and_stays_empty(tmp_path):
     with pytest.raises(ValueError, match="empty, allowed: the password that ./robotont fleet --add"):
         setup.read_password(file)
     assert not file.stat().st_size
+    file.write_text("short")
+    with pytest.raises(ValueError, match="found 5 characters, .*; write into it what ./robotont fleet --add prints$"):
+        setup.read_password(file)
 
 
 @needs_zenoh

@@ -28,7 +28,10 @@ def test_page_and_fleet_start_at_boot_where_they_were_asked_for_in_a_namespace_t
         assert f"\nROBOTONT_{name.upper()}_ARGUMENTS=\n" in (tmp_path / "etc/robotont/robot.conf").read_text()
         assert (tmp_path / SYSTEMD / "multi-user.target.wants" / units[name].name).is_symlink()
         assert install_robot(tmp_path, f"--{name}", "127.0.0.1").returncode == 2
-    install_robot(tmp_path, "--page=10.0.0.7")
+    assert ":8100/ " in said
+    configuration = tmp_path / "etc/robotont/robot.conf"
+    configuration.write_text(configuration.read_text().replace("PAGE_ARGUMENTS=", "PAGE_ARGUMENTS=web_port:=8200"))
+    assert ":8100" not in install_robot(tmp_path, "--page=10.0.0.7").stdout
     assert "teleop.launch address:=10.0.0.7 " in units["page"].read_text()
     install_robot(tmp_path, "--remove")
     assert not any(unit.exists() for unit in units.values())
@@ -58,7 +61,7 @@ def test_without_xacro_the_robot_starts_without_its_model(model, tmp_path, monke
     monkeypatch.setattr(install_robot_module.importlib.util, "find_spec", lambda _name: model or None)
     done = install_robot(tmp_path)
     assert done.returncode == 0, done.stderr
-    assert ("no xacro" in done.stdout) != model
+    assert (f"take description:=false out of {tmp_path}/etc/robotont/robot.conf" in done.stdout) != model
     configuration = (tmp_path / "etc/robotont/robot.conf").read_text()
     assert ("ROBOTONT_ARGUMENTS=description:=false\n" in configuration) != model
 

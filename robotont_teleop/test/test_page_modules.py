@@ -5,9 +5,11 @@ import re
 import shutil
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from robotont_driver.nodes.odom_node import fault_of_wheels
 from robotont_driver.protocol.official_boards import OLD
 from robotont_teleop.hand.fault_keys import FAULTS, fault_key
 
@@ -73,3 +75,11 @@ def test_each_key_that_a_page_names_has_its_texts():
     ("odom_node: stamps", "the clock was set forward by 3 s", "")])
 def test_a_fault_has_the_key_of_its_own_words_and_not_of_its_task(task, words, key):
     assert fault_key(task, words) == key
+
+
+@pytest.mark.parametrize("found, key", [
+    ({"slipping": [1]}, "wheel_slips"), ({"alike": [0, 2]}, "wheel_slips"), ({"lagging": [1]}, "wheel_blocked"),
+    ({"alike": [3]}, ""), ({"alike": [0, 3]}, "")])
+def test_a_wheel_that_slips_is_not_called_blocked_nor_a_push_either(found, key):
+    search = SimpleNamespace(**{"wheels": 3, "slipping": (), "alike": (), "lagging": (), **found})
+    assert fault_key("odom_node: wheel feedback", fault_of_wheels(search)) == key

@@ -91,7 +91,7 @@ def read_password(path):
     """The password in a file that only its owner reads; "" where there is no file. Raises ValueError, OSError."""
     if Path(path).exists() and not Path(path).stat().st_size:
         raise ValueError(f"{path}: empty, allowed: the password that ./robotont fleet --add has printed")
-    return read_or_make_token(path) if Path(path).exists() else ""
+    return read_or_make_token(path, "write into it what ./robotont fleet --add prints") if Path(path).exists() else ""
 
 
 def read_users(path):

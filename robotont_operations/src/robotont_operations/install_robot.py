@@ -111,7 +111,8 @@ def _install(options):
     model = importlib.util.find_spec("xacro") is not None
     if not model:
         print("install-robot: no xacro: the robot starts without its model. "
-              "For one: ./robotont setup sim, then this again")
+              f"For one: ./robotont setup sim, take description:=false out of {ROOT / installation.KEPT}, "
+              "then this again")
     templates = Path(rospkg.RosPack().get_path("robotont_operations")) / "install"
     files, links = installation.planned(templates, _udev_rules(), os.environ, options, model)
     print(f"written, under {ROOT}:", *installation.install(files, links, options.robot, ROOT), sep="\n  ")
@@ -122,8 +123,11 @@ def _install(options):
     good = run((*AFTER_INSTALL, ("systemctl", "restart", *units)))
     print("next: ./robotont status; the log: journalctl -fu 'robotont*'")
     if installation.PAGE_UNIT in units:
-        print(f"phones: http://{socket.gethostname()}:8100/ (or the first address that hostname -I prints), and once "
-              "the token that is made at the first start: sudo cat /var/lib/robotont/robotont_teleop_token")
+        elsewhere = re.search("^ROBOTONT_PAGE_ARGUMENTS=.*(certificate|web_port):=", installation.read(kept), re.M)
+        where = f"the page, as {kept} has its certificate:= and web_port:=" if elsewhere else \
+            f"http://{socket.gethostname()}:8100/ (or the first address that hostname -I prints)"
+        print(f"phones: {where}, and once the token that is made at the first start: "
+              "sudo cat /var/lib/robotont/robotont_teleop_token")
     if options.fleet:
         print("fleet: the password that ./robotont fleet --add prints there:\n  echo PASSWORD | sudo install -o "
               f"robotont -m 600 /dev/stdin /{installation.STATE}/robotont_fleet_password; "

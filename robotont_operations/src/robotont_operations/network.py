@@ -52,8 +52,8 @@ def master_answers(uri):
                  f"export ROS_MASTER_URI=http://ADDRESS_OF_THE_ROBOT:{port}; on the robot: start the stack")
         if not address.startswith("127."):
             words = (f"{where} answers, but no process listens at port {port}, or a firewall there rejects: start the "
-                     "robot's stack there; if it runs, it keeps to itself: ./robotont install-robot --network ADDRESS "
-                     f"there; else {let_in}")
+                     "robot's stack there; if it runs, it keeps to itself: there "
+                     f"sudo ./robotont install-robot --network ADDRESS; else {let_in}")
     except (ConnectionError, http.client.HTTPException, xmlrpc.client.Error, ExpatError, TypeError, ValueError) as why:
         words = f"{where} port {port} answers, but not as a ROS master ({why}): check the port in ROS_MASTER_URI"
     except (OSError, probes.TimeoutError):
@@ -81,7 +81,7 @@ def knows_my_name(environment, master, announced, found):
         return GOOD, f"this machine's nodes are looked for at {announced}"
     elif is_own(master):
         return NOTE, (f"this machine keeps to itself: its nodes announce {announced} ({found}), which no other machine "
-                      "can use; on a robot ./robotont install-robot --network ADDRESS opens it")
+                      "can use; on a robot sudo ./robotont install-robot --network ADDRESS opens it")
     else:
         fault = f"{source} is {found}, where the robot finds only itself"
     return FAULT, f"wrong ROS_IP/ROS_HOSTNAME: {fault}: {remedy}"

@@ -17,8 +17,8 @@ FAULTS = tuple((key, re.compile(task + "$"), re.compile(words)) for key, task, w
     ("program_fault", ".*", r"please report it|a fault of this program"),
     ("board_fault", "board", r"motor|watchdog|encoder"),
     ("battery_low", "board|battery", r"battery"),
-    ("wheel_blocked", "wheel feedback|command stream", r"blocked|stands|does not turn|lags"),
-    ("wheel_slips", "wheel feedback", r"slip"),
+    ("wheel_slips", "wheel feedback", r"^wheel .*slip"),  # those that begin otherwise: or the robot is pushed
+    ("wheel_blocked", "wheel feedback", r"stands|does not turn"),
     ("other_publisher", "who drives", r"also on cmd_vel"),
     ("other_sender", "who drives", r"ignored: "),
     ("barred", "who drives|command stream", r"must stop once"),

@@ -14,10 +14,10 @@ LARGEST_FILE = 10_000  # [bytes] of a token
 HOST = re.compile(r"(?:\[([0-9a-f:.]+)\]|([\w.-]+))(?::[0-9]*)?")  # a header's, with or without a port
 
 
-def read_or_make_token(path):
+def read_or_make_token(path, remedy="delete the file to get a new token"):
     """The token in a file, which is made with mode 0600 where there is none, or an empty one.
 
-    Raises OSError, or ValueError when others may read the file or it holds no token.
+    Raises OSError, or ValueError when others may read the file or it holds no token, for which there is a remedy.
     """
     path = Path(path)
     with alone_in(path.parent):  # of two that start at once the second reads what the first has made
@@ -25,11 +25,11 @@ def read_or_make_token(path):
             write_file(path, secrets.token_urlsafe(16) + "\n", 0o600)
     mode = path.stat().st_mode & 0o777
     if mode & 0o077:
-        raise ValueError(f"{path}: found mode {mode:o}, allowed: 600 (others could read the token)")
+        raise ValueError(f"{path}: found mode {mode:o}, allowed: 600 (others could read it)")
     token = read_file(path, LARGEST_FILE).decode("utf-8", "replace").strip()
     if not TOKEN.fullmatch(token):  # zeros, as after a loss of power
         raise ValueError(f"{path}: found {len(token)} characters, allowed: 16 to 128 of ASCII without "
-                         "blanks; delete the file to get a new token")
+                         f"blanks; {remedy}")
     return token
 
 

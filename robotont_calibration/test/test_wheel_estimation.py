@@ -72,8 +72,10 @@ def test_runs_that_repeat_a_drive_are_found():
 
 def test_the_run_that_is_advised_determines_most():
     """After lines only, a turn or a square; after a hundred of everything, nothing."""
-    name, before, after = next_run(calibrated(list(taped_runs(SHIPPED))[4:]))
+    found = calibrated(list(taped_runs(SHIPPED))[4:])
+    name, before, after = next_run(found)
     assert "sideways" not in name
+    assert next_run(found, 2.0, 3.25, 3.0)[0].replace("3.25", "3") == name, "of the sizes that are asked for"
     assert after < before / 2
     assert next_run(calibrated(tracked_runs(SHIPPED, driven=drives(4)))) is None
 

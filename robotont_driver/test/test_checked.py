@@ -134,7 +134,7 @@ def test_a_fault_stands_in_every_packet_and_ends_with_it():
     assert checked.health.fault, "a board of today says nothing without a checksum"
     checked = Reader()
     checked.feed(b"# fault motor 1\n")
-    assert "the board reports: fault motor 1" in checked.report_board()[1], "firmware before 2.0"
+    assert "the board has reported: fault motor 1" in checked.report_board()[1], "firmware before 2.0"
 
 
 def test_the_battery_of_our_own_board_is_a_reading_once_a_second():

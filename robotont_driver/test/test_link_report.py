@@ -4,6 +4,7 @@ import types
 
 import pytest
 from checked_bench import Sender
+from protocol_bench import official_wheels
 
 from robotont_driver.command.command_age import Gaps
 from robotont_driver.kinematics.wheel_params import read_wheels
@@ -81,8 +82,30 @@ def test_packets_of_the_first_tenths_of_a_second_are_packets(monkeypatch):
     for _ in range(20):
         clock[0] += 0.02
         line.connection.feed(b"1:2:3;\n" + sender.packet(), clock[0])
-    assert report.report_link()[:2] == (WARN, "20 lines dropped since the last report, the newest: "
+    assert report.report_link()[:2] == (WARN, "19 lines dropped since the last report, the newest: "
                                         "no valid trailer in '1:2:3;'; check cable and baudrate")
+
+
+@pytest.mark.parametrize("packets, line", [
+    ("plain", b"1:2:3;\n"), ("auto", b"1:2:3;\n"),
+    ("robotont2", b"ODOM:1.000000" + 5 * b":0.000000" + b"\r\n")])
+@pytest.mark.parametrize("between", [True, False])
+def test_the_start_on_a_perfect_line_is_no_warning(packets, line, between, monkeypatch):
+    """The board runs already, and each line comes in two reads. between: a report comes before the first packet."""
+    clock, board = [100.0], link()
+    monkeypatch.setattr(link_report, "time", types.SimpleNamespace(monotonic=lambda: clock[0]))
+    board.connection = Connection(official_wheels(), packets, now=clock[0])
+    report = link_report.LinkReport(board, types.SimpleNamespace(refused=0), Battery(None))
+    assert report.report_board()[:2] == (OK, "has sent no packet yet")
+    for at in range(50):
+        clock[0] += 0.02
+        board.connection.feed(line[:3], clock[0])
+        board.connection.feed(line[3:], clock[0])
+        if between and at == 0:
+            report.report_link()
+    level, words, values = report.report_link()
+    assert (level, values["lines dropped"]) == (OK, 1), words
+    assert report.report_board()[:2] == (OK, "reports no fault")
 
 
 def test_a_fault_of_the_board_is_logged_when_it_comes(monkeypatch):

@@ -112,7 +112,7 @@ def run(options):
     warnings = doubts(found) + spoilt
     for words in warnings:
         print(f"warning: {words}", file=sys.stderr)
-    advice = next_run(found)
+    advice = next_run(found, options.side, options.turns, options.line)
     if advice:
         name, before, after = advice
         print(f"\nnext: {name}. Of all runs this one is the most informative: the error expected of the parameters, at "

@@ -14,14 +14,14 @@ from robotont_driver.kinematics.wheel_params import read_wheels
 LITTLE = 0.9     # another run is recommended when it leaves less than this part of the expected error
 
 
-def next_run(found):
+def next_run(found, *sizes):
     """(name of a drive, expected error [m] at the end of the drives now, and then); None: no run would improve much.
 
-    found: `Calibration`. Judged by the root mean square of the place over all these drives that the uncertainty of its
-    parameters makes.
+    found: `Calibration`; sizes: of `calibration_drives`. Judged by the root mean square of the place over all these
+    drives that the uncertainty of its parameters makes.
     """
     wheels = read_wheels(found.parameters)
-    runs = [_ideal_run(what, wheels, twists) for _, what, _, twists in calibration_drives(wheels.pid_frequency)]
+    runs = [_ideal_run(what, wheels, twists) for _, what, _, twists in calibration_drives(wheels.pid_frequency, *sizes)]
     slopes = [model.slopes[:2] for model in linear_runs(found.free, found.values, runs)]
 
     def expected(covariance):

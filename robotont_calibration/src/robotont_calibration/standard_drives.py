@@ -22,7 +22,7 @@ def driven(legs, frequency, speed=SPEED):
             yield REST
 
 
-def calibration_drives(frequency, side=2.0, turns=3.25, line=3.0):
+def calibration_drives(frequency, side=2.0, turns=3.0, line=3.0):
     """(name, description, required space, twists at a `frequency` [Hz]) of each drive that a calibration wants.
 
     side, line: [m]. The squares are UMBmark's: driven forwards, a quarter turn on the spot behind each side.

@@ -17,7 +17,7 @@ RESERVE = 1.07          # for motors that are faster than their data sheet
 
 
 class Motor(NamedTuple):
-    """One of the robot's motors, all alike, at its rated voltage and at its own shaft."""
+    """One of the robot's motors, all alike, at 12 V and at its own shaft."""
 
     no_load_speed: float = NO_LOAD_SPEED  # [rad/s]
     stall_torque: float = STALL_TORQUE    # [N m]
@@ -31,7 +31,7 @@ def counts_in_reach(wheels):
 
 
 def no_load_speeds(wheels):
-    """[m/s] of each wheel's rim without load, at the rated voltage."""
+    """[m/s] of each wheel's rim without load, at 12 V."""
     return tuple(radius * wheels.motor.no_load_speed / wheels.gear for radius in wheels.radii)
 
 
@@ -94,7 +94,7 @@ class Wheels(NamedTuple):
 def read_wheels(given):
     """`Wheels` from a mapping with the keys of wheel_params.yaml; other keys are ignored.
 
-    Raises ParameterError with every fault of the values, or else of how they fit together, as a matrix of rank < 3.
+    Raises ParameterError with every fault of the values, or else of how they fit together, as a matrix of rank < 3, or nearly.
     """
     if not isinstance(given, Mapping):
         raise ParameterError([fault("wheel parameters", given, "parameters by name: " + ", ".join(KEYS))])
@@ -143,7 +143,7 @@ def read_wheels(given):
     if condition(wheel_matrix(wheels)) > MOST_CONDITION:
         raise ParameterError([fault("wheelRads", list(rads), (
             "angles at which the wheels can move the robot in every direction and turn it "
-            "(these give a wheel matrix of rank < 3)" + _at_one_place(wheels)))])
+            "(these give a wheel matrix of rank < 3, or nearly)" + _at_one_place(wheels)))])
     return wheels
 
 

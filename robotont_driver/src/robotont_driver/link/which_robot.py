@@ -32,7 +32,8 @@ def tell(port, baudrate, seconds):
     model = "" if importlib.util.find_spec("xacro") else " description:=false"  # no xacro, no model
     print(f"the board at {port} speaks {explained(name)}; start it with\n  {LINE.format(received, port)}{model}")
     if received == "robot:=thesis":
-        print("  (a Robotont 2 that was flashed: robot:=robotont21, else it drives sideways and turns the wrong way)")
+        print("  (for a Robotont 2 that was flashed: robot:=robotont21; with thesis it goes left for right, and turns "
+              "the wrong way)")
     return 0
 
 

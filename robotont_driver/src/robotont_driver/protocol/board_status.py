@@ -148,7 +148,7 @@ class BoardHealth:
         if refused:
             warnings.append(f"the board refused {refused} lines: check cable and baudrate")
         news, self._news = self._news, []
-        warnings += [f"the board reports: {text}" for text in news if text not in errors]
+        warnings += [f"the board has reported: {text.replace(OFF, '')}" for text in news if text not in errors]
         if self.wants_identity:
             warnings.append("the board has not identified itself yet: it is not driven until then")
         values = {"board": self.banner, "board's newest messages": " | ".join(self.notices)}

@@ -55,6 +55,11 @@ class Listener:
         return None if name == Plain.name and self._plain_lines < 2 else name
 
     @property
+    def rest(self):
+        """Beginning (bytes) of a line that has not ended yet."""
+        return self._splitter.rest
+
+    @property
     def heard(self):
         """Description of the data received so far, and of its possible cause."""
         if self._example:
@@ -146,9 +151,11 @@ class Connection:
     def feed(self, data, now):
         """List of `Packet` that `data` completes."""
         if self.protocol is None:
+            begun = self._listener.rest
             name = self._listener.feed(data)
             if name is None or not self._agree(name):
                 return []
+            data = begun + data  # the line that has told it, as a whole
         packets = self.protocol.feed(data, now)
         if packets:
             self._spoke = now

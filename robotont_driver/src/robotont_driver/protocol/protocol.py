@@ -62,12 +62,12 @@ class ProtocolError(ValueError):
 class LineSplitter:
     """Cuts a stream of bytes into lines, however the bytes arrive."""
 
-    overlong, _rest = 0, b""
+    overlong, rest = 0, b""  # lines that were too long; the beginning of the next one
 
     def feed(self, data):
         """List of the lines (bytes, without newline) that `data` completes."""
-        *ended, rest = (self._rest + data).split(b"\n")
-        self._rest = rest[:LONGEST_LINE + 1]  # enough for a line to be too long
+        *ended, rest = (self.rest + data).split(b"\n")
+        self.rest = rest[:LONGEST_LINE + 1]  # enough for a line to be too long
         lines = [line for line in ended if len(line) <= LONGEST_LINE]
         self.overlong += len(ended) - len(lines)
         return lines
@@ -95,6 +95,7 @@ class Protocol:
         self.wheels = wheels
         self.packets = 0          # handed out
         self.dropped = Counter()  # lines that were not used, by reason
+        self.dropped_before = 0   # of these, up to the first packet: any connection may begin within a line
         self.readings = []        # `Ranges` and `Power` that nobody has taken yet
         self._reach = counts_in_reach(wheels)  # [edges] more in one period is taken for an error
         self._splitter = LineSplitter()
@@ -110,6 +111,8 @@ class Protocol:
                 self.newest_error = str(error)
         if self._splitter.overlong:
             self.dropped["overlong"] = self._splitter.overlong
+        if not self.packets:
+            self.dropped_before = sum(self.dropped.values())
         self.packets += len(packets)
         return packets
 

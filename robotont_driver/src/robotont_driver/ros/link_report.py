@@ -4,6 +4,7 @@ import time
 
 import rospy
 
+from robotont_driver.protocol.connection import LISTENING
 from robotont_driver.ros.diagnostics import ERROR, FIRST_RATE, OK, WARN, Rate
 
 RESTARTED = "the board has restarted, or too many lines were lost: the counts between are missing in the odometry"
@@ -53,6 +54,8 @@ class LinkReport:
         }
         seen = values["lines dropped"], packets, repaired, restarts, doubts
         new_errors, new_packets, lost, restarted, doubted = (new - before for new, before in zip(seen, self._seen))
+        if packets:  # a connection may begin within a line: what was dropped before its first packet is no fault
+            new_errors = min(new_errors, values["lines dropped"] - protocol.dropped_before)
         no_packets, self._seen, self._told = refused - self._told, seen, refused
         if restarted:
             rospy.logwarn(RESTARTED)
@@ -96,4 +99,5 @@ class LinkReport:
         empty, words = self._battery.complaint
         (errors if empty else warnings).extend([words] if words else [])
         level = ERROR if errors else WARN if warnings else OK
-        return level, " / ".join(errors + warnings) or "reports no fault", values
+        return level, " / ".join(errors + warnings) or (
+            "has sent no packet yet" if connection.state(time.monotonic()) == LISTENING else "reports no fault"), values

@@ -26,7 +26,8 @@ def running_wheels(namespace):
         given = {}
     if not any(key in given for key in KEYS):
         raise ParameterError([f"wheelAmount and its kin: found none in {namespace}, where no robot runs: "
-                              "start robot.launch, or rosparam load config/robots/NAME/wheel_params.yaml"])
+                              "start robot.launch, or rosparam load config/robots/NAME/wheel_params.yaml "
+                              + namespace])
     try:
         return read_wheels(given)
     except ParameterError as error:

@@ -75,7 +75,7 @@ def test_the_run_that_is_advised_determines_most():
     found = calibrated(list(taped_runs(SHIPPED))[4:])
     name, before, after = next_run(found)
     assert "sideways" not in name
-    assert next_run(found, 2.0, 3.25, 3.0)[0].replace("3.25", "3") == name, "of the sizes that are asked for"
+    assert next_run(found, 4.0)[0] == "a square of 4 m, counterclockwise", "of the size that is asked for"
     assert after < before / 2
     assert next_run(calibrated(tracked_runs(SHIPPED, driven=drives(4)))) is None
 

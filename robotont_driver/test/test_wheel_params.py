@@ -147,9 +147,9 @@ def test_packets_of_the_most_wheels_fit_into_a_line():
     ("wheelRadius", 3.5, "up to 2 times wheelDistanceFromCenter, 0.125 [m]: are both in metres?"),
     ("wheelRadius", [0.035, 35, 0.035], "a number from 0.001 to 10 [m], or a list of 3"),  # no hint with 35 micrometres
     ("wheelRadius", 1e-300, "a number from 0.001 to 10 [m], or a list of 3"),
-    ("wheelRads", [0.0, 0.001, math.pi], "(these give a wheel matrix of rank < 3, or nearly); wheels 0 and 1 would stand at "
-     "one place, 0 degrees: where motors on two sides drive the same way when they turn positive, positiveRotation is a "
-     "list, one word per wheel"),
+    ("wheelRads", [0.0, 0.001, math.pi], "(these give a wheel matrix of rank < 3, or nearly); wheels 0 and 1 would "
+     "stand at one place, 0 degrees: where motors on two sides drive the same way when they turn positive, "
+     "positiveRotation is a list, one word per wheel"),
 ])
 def test_another_unit_or_place_is_refused_with_what_is_meant(key, value, words):
     (fault,) = faults_of({**SHIPPED, key: value})

@@ -64,7 +64,7 @@ def test_what_a_board_sends_tells_its_firmware(board, sent, words):
 
 
 @pytest.mark.parametrize(("sent", "usb", "arguments", "words"), [
-    (b"**** MAIN ****\r\n", "", "--profile ours", ["This command does not flash it"]),
+    (b"**** MAIN ****\r\n", "", "--profile ours", ["This command does not flash it", "./robotont which /dev/ttyACM0"]),
     (b"Hello, world\r\n", "", "--profile ours", ["of no known protocol", "safe mode"]),
     (b"", "0483:5740", "--profile ours", ["generation 3"]),
     (b"", "2e8a:0005", "--profile ours", ["no ST-Link"]),  # a Pico
@@ -120,6 +120,12 @@ def test_wheels_in_another_order_or_round_are_not_even():
     (MINE + "PWM = (4, 5, 6)", ["profile mine: config.PWM: found (4, 5, 6)"]),
     (MINE + "FAULTS = ('PZ2',) + FAULTS[1:]", ["profile mine: FAULTS: found 'PZ2', allowed: PA0, PA1, PA4 to"]),
     (MINE + "LIGHT = 'PA3'", ["profile mine: LIGHT: found 'PA3'"]),  # the serial line
+    (MINE + "SAFE_BUTTON = 'PA3'", ["profile mine: SAFE_BUTTON: found 'PA3', allowed: PA0, PA1, PA4 to"]),
+    (MINE + "SAFE_BUTTON = 'PZ9'", ["profile mine: SAFE_BUTTON: found 'PZ9', allowed: PA0, PA1, PA4 to"]),
+    (MINE + "BATTERY_PIN, BATTERY_DIVIDER = 'PB10', 16500", [
+        "profile mine: BATTERY_PIN: found 'PB10', allowed: PA0, PA1, PA4 to PA7, PB0, PB1, PC0 to PC5"]),
+    (MINE + "RATE = 40", ["profile mine: config.RATE: found 40, allowed: more: a period of 259 bytes at most"]),
+    (MINE + "RATE, BAUDRATE = 40, 57600", ["profile mine: BAUDRATE: found 57600, allowed: 115200"]),
     (MINE + "ENCODERS = ENCODERS[:2] + (('PA10', 'PA9', 1, 1),)", [
         "ENCODERS: found 'PA10' with alternate function 1 for channel 1 of timer 1, allowed: PA8 with 1"]),
     (MINE + "PWM = PWM[:2] + (('PC8', 8, 3, 2),)", ["PWM: found 'PC8' with alternate function 2", "PC8 with 3"]),
@@ -139,7 +145,9 @@ def test_a_bad_file_of_a_profile_spoils_no_other(board, flash, monkeypatch, tmp_
     assert flash("--check --profile four")[0] == 0
 
 
-@pytest.mark.parametrize("text, words", [("INERTIA = 1", "INERTIA: 1 in the profile"),
+@pytest.mark.parametrize("text, words", [("RATE = 51", "RATE: 51 in the profile, 50 by the robot"),
+                                         ("EDGES = 65", "EDGES: 65 in the profile, 64 by the robot"),
+                                         ("INERTIA = 1", "INERTIA: 1 in the profile"),
                                          ("TIME_CONSTANT = 260", "TIME_CONSTANT: 260 in the profile")])
 def test_numbers_that_the_others_do_not_explain_are_refused(flash, monkeypatch, tmp_path, text, words):
     package = tmp_path / "robotont_firmware"
@@ -196,7 +204,7 @@ def test_flashes_everything_and_tests_the_board(board, flash, monkeypatch, tmp_p
     ({"new_version": "1.0.0"}, "found # robotont_firmware 1.0.0", program.NEW, False),
     ({"new_profile": "vnh"}, "profile vnh", program.NEW, False),
     ({"packets": lambda: b"x\n"}, "0 packets came", program.NEW, False),
-    *(({"machine": machine}, machine, program.STOPPED, True) for machine in (
+    *(({"machine": machine}, machine, program.RESTARTED, True) for machine in (
         "Raspberry Pi Pico with RP2040 with MicroPython 1.24.0 for files 4870",
         "NUCLEO-F446RE with STM32F446xx with MicroPython 1.24.0 for files 7942",
         "NUCLEO-L476RG with STM32L476RG with MicroPython 1.19.1 for files 7430",

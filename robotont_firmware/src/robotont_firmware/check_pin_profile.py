@@ -51,7 +51,7 @@ def check(config):
 
     # A period has to be long enough for its work, and the watchdog for some periods.
     room = bounds.line_bytes(config)
-    require("RATE", config.RATE, room <= _REPL_RING, f"a period of {_REPL_RING} bytes at most: or less BAUDRATE")
+    require("RATE", config.RATE, room <= _REPL_RING, f"more: a period of {_REPL_RING} bytes at most")
     period = 1000000 // config.RATE  # [us]
     work = 1500 + 1450 * wheels + (20 + 11 * wheels) * 10000000 // config.BAUDRATE
     require("RATE", config.RATE, work * 100 <= period * _LOAD, f"a period of {work * 100 // _LOAD} us or more")

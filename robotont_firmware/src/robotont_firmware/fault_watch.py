@@ -4,7 +4,7 @@
                in which it makes less than a quarter of the way that is wanted, and six edges of it or more are missing
     WRONG_WAY  driven one way, and counting the other way, for 450 ms: longer than a push
     TOO_MANY   more counts than the motor can make, for three periods
-    NOISE      counts to and fro, nine turns within a few seconds, while it stands without effort
+    NOISE      counts to and fro, nine turns or more and faster than four a second, while it stands without effort
 
 Speeds are fine units (robot_numbers), times periods. All of the first two is in the direction of the drive.
 `numbers` is a wheel's array, whose first places are theirs.

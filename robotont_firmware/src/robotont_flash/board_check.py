@@ -1,5 +1,6 @@
 """Which board is at a port, found out without changing it; and what one shall show after it was flashed."""
 
+import sys
 import time
 
 from robotont_driver.link.serial_port import heard, opened, serial_ports, usb_id
@@ -20,7 +21,7 @@ PACKETS = 50  # of a self-test
 MOST_LOAD = 80  # [%] of a period
 NO_FLASHING = """\
 {port} has {firmware}.
-This command does not flash it; if the driver speaks with it: roslaunch robotont_bringup robot.launch port:={port}
+This command does not flash it. If the driver speaks with it, this prints how to start it: ./robotont which {port}
 Flashed with wiring that is not its own, a robot may run away or burn. Docs: docs/firmware.md"""
 SAFE_MODE = ("hold USER, press and release RESET, let USER go when the green LED has blinked twice (safe mode; three "
              "blinks would erase the files), and run this again, with --profile.")  # fmt: skip
@@ -88,7 +89,7 @@ def self_test(port, version, profile):
         identity = Identity.parse(banner[len("# "):].split(";")[0])
         if identity is None or (identity.version, identity.profile) != (version, profile):
             raise FlashError(f"The board should introduce itself, with firmware {version} and profile {profile}: found "
-                             f"{banner}. See its output: mpremote connect {port}")  # fmt: skip
+                             f"{banner}. See its output: {sys.executable} -m mpremote connect {port}")  # fmt: skip
         packets = []
         try:
             while len(packets) <= PACKETS:

@@ -13,6 +13,9 @@ CHANNELS = {  # (timer, channel): {pin: its alternate function}; an inverted out
 # Without PA2 and PA3 (the serial line to the PC), PA13 and PA14 (the ST-Link) and the crystals' pins
 FREE = {f"P{port}{pin}" for port, pins in (
     ("A", (0, 1, *range(4, 13), 15)), ("B", range(16)), ("C", range(14)), ("D", (2,))) for pin in pins}
+FREE_NAMES = "PA0, PA1, PA4 to PA12, PA15, PB0 to PB15, PC0 to PC13, PD2"
+ANALOGUE = {f"P{port}{pin}" for port, pins in (
+    ("A", (0, 1, *range(4, 8))), ("B", (0, 1)), ("C", range(6))) for pin in pins}
 
 
 def check(config):
@@ -23,12 +26,14 @@ def check(config):
     for pin, timer, channel, function in config["PWM"]:
         _check_channel("PWM", pin, timer, channel, function)
     others = {"DIRECTIONS": [pin for pair in config["DIRECTIONS"] for pin in pair], "FAULTS": config["FAULTS"],
-              "LIGHT": [config["LIGHT"]], "BATTERY_PIN": [config["BATTERY_PIN"]]}
+              "SAFE_BUTTON": [config["SAFE_BUTTON"]], "LIGHT": [config["LIGHT"]]}
     for name, pins in others.items():
         for pin in pins:
             if pin is not None and pin not in FREE:
-                raise ValueError(f"{name}: found {pin!r}, allowed: PA0, PA1, PA4 to PA12, PA15, PB0 to PB15, PC0 to "
-                                 "PC13, PD2")  # fmt: skip
+                raise ValueError(f"{name}: found {pin!r}, allowed: {FREE_NAMES}")
+    if config["BATTERY_PIN"] not in (None, *ANALOGUE):
+        raise ValueError(f"BATTERY_PIN: found {config['BATTERY_PIN']!r}, allowed: PA0, PA1, PA4 to PA7, PB0, PB1, PC0 "
+                         "to PC5, the analogue inputs")  # fmt: skip
 
 
 def _check_channel(name, pin, timer, channel, function):

@@ -20,7 +20,7 @@ TEXT = ("boot.py", "main.py")  # MicroPython starts these two, in this order, as
 STEP_TIME = 60  # [s] of one program; all files take mpremote about 10 s
 OTHER_BOARD = """\
 {port} is "{found}"; this firmware is for a {machine} with MicroPython 1.24 or newer (for files {made}; ./robotont
-flash brings their compiler). The program that may have run on it starts again now."""
+flash brings their compiler)."""
 WHO = """
 import os, sys
 mpy = getattr(sys.implementation, "_mpy", 0) & 0xFFFF
@@ -101,15 +101,15 @@ def mpremote(port, *arguments):
 
 
 def identify(port, files):
-    """Ask MicroPython which board it runs on; FlashError for any but ours, which is started again, and for other files.
+    """Ask MicroPython which board it runs on; return why it is no board for these files; empty if it is one.
 
     What it says of its files is the second and third byte of each: version, processor and sub-version.
     """
     made = max(int.from_bytes(path.read_bytes()[1:3], "little") for path in files if path.suffix == ".mpy")
     found = mpremote(port, "exec", WHO).strip()
-    if not (found.startswith(MACHINE) and found.endswith(f"for files {made}")):
-        mpremote(port, "reset")
-        raise FlashError(OTHER_BOARD.format(port=port, found=found, machine=MACHINE, made=made))
+    if found.startswith(MACHINE) and found.endswith(f"for files {made}"):
+        return ""
+    return OTHER_BOARD.format(port=port, found=found, machine=MACHINE, made=made)
 
 
 def copy(port, files):

@@ -22,7 +22,8 @@ from robotont_flash.board_check import FlashError
 
 PACKAGE = Path(check_pin_profile.__file__).resolve().parent
 NEAR = 0.02  # part by which a profile's number may differ from the robot's ...
-CALIBRATED = {"RADIUS": 0.07, "DISTANCE": 0.07}  # ... that a calibration moves by 6 % at most
+CALIBRATED = {"RADIUS": 0.07, "DISTANCE": 0.07}  # ... that a calibration moves, the mean radius by 6 % at most
+SAME = ("WHEELS", "RATE", "EDGES", "EVEN")  # do not differ at all
 EVEN = 0.1  # by which the sines of the angles between wheels may differ
 HOLLOW = 0.34  # moment of inertia of a wheel, in its mass times its radius squared
 FAR = 5  # times as much or as little is a mistake; a body much wider than its wheels' circle has 4
@@ -31,6 +32,7 @@ USUAL = 0.75  # inertia in mass times the wheels' distance squared: the thesis' 
 # What is on the board, as the last line of every message about a failure.
 UNTOUCHED = "Nothing was written: the board has what it had."
 STOPPED = "The board has the files that it had; a firmware that ran was stopped. RESET starts it again."
+RESTARTED = "The board has the files that it had. It was reset: a firmware that ran starts again."
 EXCHANGING = ("The board has the old firmware, or the new one, or none that runs (then nothing drives its motors), "
               "and no mixture. Run this again, with --profile.")  # fmt: skip
 NEW = "The new firmware is on the board, whole."
@@ -63,6 +65,9 @@ def choose_profile(package, name):
         config.update(wiring)
         check_pin_profile.check(SimpleNamespace(**config))
         chip_pins.check(config)
+        if config["BAUDRATE"] != board_check.BAUDRATE:
+            raise ValueError(f"BAUDRATE: found {config['BAUDRATE']}, allowed: {board_check.BAUDRATE}, "
+                             "with which flash and wheels speak")
         if config["CONTINUOUS_TORQUE"] > config["MAX_TORQUE"]:
             raise ValueError(f"CONTINUOUS_TORQUE: found {config['CONTINUOUS_TORQUE']}, allowed: up to MAX_TORQUE, "
                              f"{config['MAX_TORQUE']}")  # fmt: skip
@@ -99,7 +104,7 @@ def check(profile, robot):
     wanted = numbers_of(read_robot(robot).wheels) if robot else {}
     time_constant = wanted.pop("TIME_CONSTANT", None)
     different = [f"{number}: {config[number]} in the profile, {value} by the robot" for number, value in wanted.items()
-                 if abs(config[number] - value) > CALIBRATED.get(number, NEAR) * value]
+                 if abs(config[number] - value) > value * (0 if number in SAME else CALIBRATED.get(number, NEAR))]
     if different:
         raise FlashError("\n".join([f"profile {profile} is another robot's:", *different]))
     # of which a scale or a film may know more
@@ -152,7 +157,11 @@ def flash(port, profile, yes):
             print(f"{len(files)} files compile.")
             yield STOPPED
             board_check.free_repl(port)
-            copying.identify(port, files)
+            other = copying.identify(port, files)
+            if other:
+                copying.mpremote(port, "reset")
+                yield RESTARTED
+                raise FlashError(other)
             if there:
                 print(f"The board has firmware {there.version}; it gets {new} now.")
             yield EXCHANGING

@@ -16,7 +16,7 @@ BATTERY = 16800  # [mV] 4S LiPo, full, on motors for 12 V: scales the feed-forwa
 BATTERY_LOW = 13200  # [mV] 3.3 V a cell
 
 STATIC = 330  # [effort] pulses of less than 0.6 ms give little current
-MAX_LOAD = 300  # [effort] little: with it a free wheel turns faster and faster, if its driver coasts
+MAX_LOAD = 300  # [effort] no more: where the driver coasts, it turns a free wheel faster and faster
 MAX_EFFORT = 1000  # [effort] 25 % duty, the official limit
 MAX_SPEED = 165  # [1/1000 of the no-load speed] 0.3 m/s, the official limit
 DISTANCE = 145000  # [um] of the wheels from the middle

@@ -1,4 +1,4 @@
-"""Wiring profile "vnh": as "ours", with VNH2SP30 or VNH5019 motor drivers, as its pins' names suggest."""
+"""Wiring profile "vnh": as "ours", with VNH2SP30 or VNH5019 motor drivers."""
 
 from robotont_firmware.pin_profile import *  # noqa: F403 (on the PC that is "ours")
 

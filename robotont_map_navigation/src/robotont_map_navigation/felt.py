@@ -24,9 +24,9 @@ class Felt:
         self._clouds = rospy.Publisher("navigation/felt", PointCloud2, queue_size=1)
         RepeatingThread(self.tell)
 
-    def tell(self, bearings=()):
-        """Something stands in these directions [rad] on the robot; the time to rest."""
-        points = [((self._edge + off) * math.cos(bearing), (self._edge + off) * math.sin(bearing), height)
+    def tell(self, bearings=(), gap=0.0):
+        """Something stands in these directions [rad] on the robot, `gap` [m] from its edge; the time to rest."""
+        points = [((self._edge + gap + off) * math.cos(bearing), (self._edge + gap + off) * math.sin(bearing), height)
                   for off, height in FELT_AT for bearing in bearings]
         self._clouds.publish(point_cloud2.create_cloud_xyz32(Header(0, rospy.Time.now(), self._frames.base), points))
         return CLOUDS

@@ -33,6 +33,7 @@ TIMEOUT = 0.05     # [s] for the transform of a scan
 CLOSE = 0.3        # [m] farther off than the scanner measures: who was seen there last, and then not at all, ...
 WIDE = 0.3         # [rad] ... within so much of where he was, ...
 STAYS = 2.5        # [s] ... so long behind his last motion, stands before the robot
+GAP = 0.03         # [m] from the robot's edge to him, for the costmaps; with none a robot once turned to and fro for 25 s
 
 
 class MovingThings:
@@ -110,4 +111,4 @@ class GivesWay:
         near = blind[:, (beside & (np.hypot(*seen) < reach[:, None] + CLOSE)).any(axis=1)]
         if near.size:
             x, y, _ = between(robot, (*(near / 2 + np.reshape(start, (2, 1))), 0.0))
-            self._felt.tell(np.unique(np.arctan2(y, x).round(1)))
+            self._felt.tell(np.unique(np.arctan2(y, x).round(1)), GAP)

@@ -38,8 +38,8 @@ class Board:
         self.motors = motors
         self.now = start
         self.dead = ""        # cause of the processor's halt
-        self.executed = []    # (time, line) of every command that was obeyed
-        self.swallowed = []   # (time, line) of every whole line that was not
+        self.executed = []    # (time, line) of every command to the motors that was obeyed
+        self.swallowed = []   # (time, line) of those that were not
         self.inversions = 0   # times that of two lines the older won
         self._incoming = deque()
         self._outgoing = []

@@ -2,8 +2,8 @@
 
 `robot_numbers` makes the loop's gains, limits and times from these; the simulator fills robot and motors in from
 the robot's folder. A profile may replace any number here but BAUDRATE by one of its own with the same name. The motor
-is Pololu's 37D at 12 V. An *effort* of 4000 is the whole battery voltage, 100 % PWM. Efforts are for 12 V, and BATTERY scales
-all but MAX_EFFORT and TEST_EFFORT.
+is Pololu's 37D at 12 V. An *effort* of 4000 is the whole battery voltage, 100 % PWM. Efforts are for 12 V, and BATTERY
+scales all but MAX_EFFORT and TEST_EFFORT.
 """
 
 # The robot.

@@ -75,7 +75,7 @@ def test_by_hand_a_robots_parameters_are_checked_too(tmp_path, monkeypatch, caps
     assert parameter_faults(read_robot(f"{folder}/"))[0].endswith(
         "odom_node: ~joint_names: found 'a b', allowed: 3 names between blanks")
     (folder / "driver.yaml").write_text("serial_com_node: {port: /dev/robotont}\n")
-    assert "~port: is an argument of robot.launch" in parameter_faults(read_robot(f"{folder}/"))[0]
+    assert "~port: robot.launch sets it" in parameter_faults(read_robot(f"{folder}/"))[0]
     four = read_robot("four_wheels")
     four.parameters["serial_com_node"] = {"packets": "robotont2"}
     assert "its board cannot have these wheels" in parameter_faults(four)[0]
@@ -142,11 +142,13 @@ def test_robot_launch_in_a_group_lands_in_it(namespace, space, frame, tmp_path):
 
 def test_a_port_in_a_robots_folder_does_not_lead_the_simulator_to_the_real_robot(tmp_path):
     folder = Path(shutil.copytree(str(shipped() / "thesis"), str(tmp_path / "mine")))
-    (folder / "driver.yaml").write_text("serial_com_node: {port: /dev/robotont, baudrate: 57600}\n")
+    (folder / "driver.yaml").write_text("serial_com_node: {port: /dev/robotont, baudrate: 57600}\n"
+                                        "odom_node: {publish_tf: false}\n")
     arguments = [f"robot:={folder}/", "description:=false"]
     found = load_config_default([(str(places.launch("simulation.launch")), arguments)], None).params
     assert found["/serial_com_node/port"].value == found["/simulator_node/port"].value
     assert found["/serial_com_node/baudrate"].value == 57600
+    assert found["/odom_node/publish_tf"].value is True
 
 
 @pytest.mark.parametrize("arguments, space", [([], "/"), (["namespace:=r1"], "/r1/")])

@@ -10,7 +10,7 @@ from navigation_messages import Monitor, scan_of
 from sensor_msgs import point_cloud2
 
 from robotont_driver.kinematics.se2 import compose
-from robotont_map_navigation.giving_way import NEAR, MovingThings
+from robotont_map_navigation.giving_way import NEAR, STAYS, MovingThings
 from robotont_simulator.world import shapes
 from robotont_testing.node_test import twist
 
@@ -120,16 +120,20 @@ def test_of_a_cameras_rays_as_many_are_looked_at_as_show_who_comes(monkeypatch, 
     assert counts == [looked_at]
 
 
-@pytest.mark.parametrize("nearest, reading, there", [
-    (0.4, -math.inf, True), (0.4, math.nan, True), (0.4, 0.0, True), (0.4, math.inf, False), (0.4, 0.5, False),
-    (0.8, math.nan, False), (None, math.nan, False)])
-def test_who_comes_nearer_than_the_scanner_measures_is_told_to_the_costmaps(monkeypatch, nearest, reading, there):
+@pytest.mark.parametrize("nearest, reading, aside, late, there", [
+    (0.4, -math.inf, 0.0, 0.0, True), (0.4, math.nan, 0.0, 0.0, True), (0.4, 0.0, 0.0, 0.0, True),
+    (0.4, math.inf, 0.0, 0.0, False), (0.4, 0.5, 0.0, 0.0, False), (0.8, math.nan, 0.0, 0.0, False),
+    (None, math.nan, 0.0, 0.0, False), (0.4, math.nan, 0.5, 0.0, False), (0.4, math.nan, 0.0, STAYS, False)])
+def test_who_comes_nearer_than_the_scanner_measures_is_told_to_the_costmaps(
+        monkeypatch, nearest, reading, aside, late, there):
     """Else he still stands where it saw him last, for a plan, which leads through his feet."""
     monitor, bearings = Monitor(monkeypatch), set()
     monitor.stand(0.0, 0.0, 0.0)
     angles = scan_of([]).angle_min + scan_of([]).angle_increment * np.arange(90)
     for distance in (*(max(nearest, 1.4 - 0.1 * step) for step in range(12)), reading) if nearest else [reading] * 12:
-        monitor.sleep(PERIOD)
+        last = distance is reading
+        monitor.sleep(PERIOD + late * last)
+        monitor.stand(0.0, aside * last, 0.0)  # driven on, beside him
         monitor.hear("cmd_vel", twist(0.2))
         scan = scan_of(np.where(abs(angles) < 0.3, distance, 2.0), stamp=rospy.Time.now())
         scan.range_min = 0.3

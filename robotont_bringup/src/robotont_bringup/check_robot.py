@@ -27,7 +27,8 @@ def parameter_faults(robot):
     faults = []
     for module, check in ((driver_node, bool), (odom_node, of_joints), (serial_com_node, of_wheels)):
         node = module.__name__.rpartition(".")[2]
-        faults += [f"{robot.folder / PARAMETERS}: {node}: ~{name}: is an argument of robot.launch"
+        faults += [f"{robot.folder / PARAMETERS}: {node}: ~{name}: robot.launch sets it, by port:=, publish_tf:= or "
+                   "namespace:="
                    for name in ARGUMENTS.get(node, ()) if name in robot.parameters.get(node, {})]
         try:
             check(read_parameters(module.PARAMETERS, robot.parameters.get(node, {})))
@@ -47,6 +48,11 @@ def main():
         robot = read_robot(options.robot)
         folder, wheels = robot.folder.resolve(), robot.wheels
         if options.path:
+            lost = [name for node, names in ARGUMENTS.items() for name in names
+                    if name in robot.parameters.get(node, {})]
+            if lost:
+                print(f"{folder / PARAMETERS}: does not count: {', '.join(lost)}: robot.launch sets it, by port:=, "
+                      "publish_tf:= or namespace:=", file=sys.stderr)
             print(folder, end="")
             return
         faults = parameter_faults(robot)

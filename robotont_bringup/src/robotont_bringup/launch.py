@@ -33,10 +33,11 @@ NEXT_STEPS = """
 The robot runs. {page}In another terminal{master}:
   by keys      {robotont} keys{remapping}
   by a topic   {robotont} shell -c 'rostopic pub -r 10 {namespace}cmd_vel geometry_msgs/Twist "{{linear: {{x: 0.2}}, angular: {{z: 0.5}}}}"'
-  see it       {robotont} rviz{argument}
-{navigation}  ROS' tools   {robotont} shell    (in it rostopic, rosnode, rosrun find the robot and its packages)
+{view}{navigation}  ROS' tools   {robotont} shell    (in it rostopic, rosnode, rosrun find the robot and its packages)
 Ctrl-C here ends all of it.
 """  # noqa: E501
+VIEW = """  see it       {robotont} rviz{argument}
+"""
 NAVIGATION = """  navigate     {robotont} shell -c 'roslaunch robotont_bringup navigation.launch {arguments}'
                then set a goal: press long on the page's map, or 2D Nav Goal in RViz
 """
@@ -72,7 +73,9 @@ def show_next_steps(arguments):
     master = os.environ.get("ROS_MASTER_URI", "")
     print(NEXT_STEPS.format(
         page=page, robotont=ROBOTONT, namespace=namespace, navigation=navigation_step(given, name),
-        remapping=f" __ns:=/{name}" if name else "", argument=f" --namespace {name}" if name else "",
+        remapping=f" __ns:=/{name}" if name else "",
+        view="" if given.get("rviz") == "true" else VIEW.format(
+            robotont=ROBOTONT, argument=f" --namespace {name}" if name else ""),
         master="" if master in USUAL_MASTER else f", after  export ROS_MASTER_URI={master}"), flush=True)
 
 

@@ -41,7 +41,7 @@ class MovingThings:
 
     def __init__(self):
         self._views, self._found = deque(), False
-        self.seen = np.zeros((2, 0))  # [m] from the sensor, in axes that stand: what came, when it did last
+        self.comer, self.came = np.zeros((2, 0)), -math.inf  # [m] what came, when it did last; [s] of that scan
 
     def come(self, place, ends, free, way, now):
         """Whether something that moves is near, and on the way.
@@ -66,7 +66,7 @@ class MovingThings:
         moving = np.isfinite(seen) & (seen > np.hypot(*points) + FARTHER)
         self._found = np.count_nonzero(moving) >= POINTS
         if found and self._found:
-            self.seen = near[:, moving]
+            self.comer, self.came = near[:, moving] + np.reshape(place, (2, 1)), now
         return found and self._found
 
 
@@ -101,12 +101,12 @@ class GivesWay:
             self._came = now
             if now - self._since < LONGEST:
                 self._stand.publish(self._wait)
-        if now - self._came < STAYS:
-            self._feel(things.seen, blind_rays_of(scan, sensor)[:, ::step], place_of(sensor)[:2], robot)
+        if scan.header.stamp.to_sec() - things.came < STAYS:
+            self._feel(things.comer, blind_rays_of(scan, sensor)[:, ::step], place_of(sensor)[:2], robot)
 
-    def _feel(self, seen, blind, start, robot):
+    def _feel(self, comer, blind, start, robot):
         """Tell the costmaps who stands where nothing is measured now. All in axes that stand; start: of the rays."""
-        reach = np.hypot(*blind)
+        reach, seen = np.hypot(*blind), comer - np.reshape(start, (2, 1))
         beside = blind.T @ seen > math.cos(WIDE) * np.outer(reach, np.hypot(*seen))
         near = blind[:, (beside & (np.hypot(*seen) < reach[:, None] + CLOSE)).any(axis=1)]
         if near.size:

@@ -94,7 +94,7 @@ class Wheels(NamedTuple):
 def read_wheels(given):
     """`Wheels` from a mapping with the keys of wheel_params.yaml; other keys are ignored.
 
-    Raises ParameterError with every fault of the values, or else of how they fit together, as a matrix of rank 2.
+    Raises ParameterError with every fault of the values, or else of how they fit together, as a matrix of rank < 3.
     """
     if not isinstance(given, Mapping):
         raise ParameterError([fault("wheel parameters", given, "parameters by name: " + ", ".join(KEYS))])

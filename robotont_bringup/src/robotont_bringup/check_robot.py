@@ -14,6 +14,13 @@ ARGUMENTS = {  # that robot.launch sets behind the folder's parameters
 MOST_POWER = 300.0  # [W] of a motor of such a robot; Robotont's have 8
 
 
+def overruled(robot):
+    """A line for each parameter in a `Robot`'s driver.yaml that does not count."""
+    words = "robot.launch sets it, by port:=, publish_tf:= or namespace:="
+    return [f"{robot.folder / PARAMETERS}: {node}: ~{name}: {words}"
+            for node, names in ARGUMENTS.items() for name in names if name in robot.parameters.get(node, {})]
+
+
 def parameter_faults(robot):
     """List of what is wrong with the parameters in a `Robot`'s driver.yaml, a line for each."""
     from robotont_driver.nodes import driver_node, odom_node, serial_com_node  # half a second that a launch has not
@@ -24,12 +31,9 @@ def parameter_faults(robot):
     def of_joints(parameters):
         odom_node.joint_names(parameters["joint_names"], robot.wheels.amount)
 
-    faults = []
+    faults = overruled(robot)
     for module, check in ((driver_node, bool), (odom_node, of_joints), (serial_com_node, of_wheels)):
         node = module.__name__.rpartition(".")[2]
-        faults += [f"{robot.folder / PARAMETERS}: {node}: ~{name}: robot.launch sets it, by port:=, publish_tf:= or "
-                   "namespace:="
-                   for name in ARGUMENTS.get(node, ()) if name in robot.parameters.get(node, {})]
         try:
             check(read_parameters(module.PARAMETERS, robot.parameters.get(node, {})))
         except ParameterError as error:
@@ -48,11 +52,7 @@ def main():
         robot = read_robot(options.robot)
         folder, wheels = robot.folder.resolve(), robot.wheels
         if options.path:
-            lost = [name for node, names in ARGUMENTS.items() for name in names
-                    if name in robot.parameters.get(node, {})]
-            if lost:
-                print(f"{folder / PARAMETERS}: does not count: {', '.join(lost)}: robot.launch sets it, by port:=, "
-                      "publish_tf:= or namespace:=", file=sys.stderr)
+            sys.stderr.writelines(line + "\n" for line in overruled(robot))
             print(folder, end="")
             return
         faults = parameter_faults(robot)

@@ -89,10 +89,27 @@ def test_where_nobody_listens_the_line_says_what_to_do(keys, monkeypatch):
     monkeypatch.setattr(keyboard_teleop.rospy, "resolve_name", "/robot1/{}".format)
     keys.connections["cmd_vel/hand"] = 0
     keys.type()
-    assert keys.line == "no cmd_vel_mux on /robot1/cmd_vel/hand yet: Esc and keys again, or keys __ns:=/NAME"
-    keys.connections["cmd_vel/hand"] = 1
+    assert keys.line == "no cmd_vel_mux on /robot1/cmd_vel/hand yet: Esc and keys again, keys __ns:=/NAME, " \
+        "or teleop.launch start_mux:=true"
+    for count in (0, 1):
+        keys.connections["cmd_vel/hand"] = count
+        keys.type(" ")
+        assert "THE ROBOT HAS NOT CONFIRMED" in keys.line, "nobody has heard the stop"
+
+
+def test_a_key_that_means_nothing_is_told_until_the_next_one_and_hides_no_stop(keys):
+    keys.type("x")
+    assert keys.line.startswith("this key does nothing")
+    keys.press("/other")
+    keys.type()
+    assert "EMERGENCY STOP, Ctrl-U releases it" in keys.line
     keys.type(" ")
-    assert "THE ROBOT HAS NOT CONFIRMED" in keys.line, "nobody has heard the stop"
+    assert "THE ROBOT HAS NOT CONFIRMED" in keys.line
+    keys.press("/node, /other")
+    keys.type("x\x15")
+    keys.press("")
+    keys.type(after=2.0)
+    assert "sent +0.00" in keys.line
 
 
 def test_space_is_the_emergency_stop_and_that_of_others_lets_go_of_the_keys_too(keys):

@@ -44,7 +44,7 @@ keys add up (a, then q: strafe and turn)
 the opposite key stops first, then reverses
 Ctrl-C or Esc: end
 below: the speeds of a held key [m/s] [rad/s], then x y turn of what is sent,
-who drives, and how the robot moves; or why it does not"""
+who drives, and how the robot moves; while keys drive, a fault or obstacle"""
 
 
 class KeyboardTeleop:
@@ -60,7 +60,7 @@ class KeyboardTeleop:
         self._reports = RobotReports()
         self._sent = STOP
         self._rest = ""
-        self._unknown = False  # whether the newest key means nothing
+        self._unknown = False  # whether the newest key means nothing, outside a stop
 
     def run(self):
         """Drive until a key, a signal or the end of the terminal ends it; returns the reason. Never raises OSError."""
@@ -98,6 +98,7 @@ class KeyboardTeleop:
         return keys_of_now(keys, settled)
 
     def _take(self, key):
+        self._unknown = False
         if key == EMERGENCY_STOP:
             self._keys.release()
             self._stop.press()
@@ -126,16 +127,19 @@ class KeyboardTeleop:
         velocity, driver = self._reports.velocity, self._reports.driven_by or "?"
         robot = "no odometry" if velocity is None else _words(velocity)
         line = f"{self._keys.speeds.linear:.2f} {self._keys.speeds.angular:.2f} | "
-        line += (self._sent != STOP and self._why_not()) or f"sent {words} | drives: {driver} | robot {robot}"
-        if self._unknown and self._sent == STOP:
+        line += (self._sent != STOP and self._trouble()) or f"sent {words} | drives: {driver} | robot {robot}"
+        if self._stop.pressed:
+            pass  # nothing hides it
+        elif not self._command.get_num_connections():  # a robot that was started anew has another master
+            line = (f"no cmd_vel_mux on {rospy.resolve_name(TOPIC)} yet: Esc and keys again, keys __ns:=/NAME, "
+                    "or teleop.launch start_mux:=true")
+        elif self._unknown and self._sent == STOP:
             line = "this key does nothing: another keyboard layout? Use the letters above, or arrows"
-        if not self._command.get_num_connections():  # a robot that was started anew has another master
-            line = f"no cmd_vel_mux on {rospy.resolve_name(TOPIC)} yet: Esc and keys again, or keys __ns:=/NAME"
         columns = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else 0
         _write(f"\r{line[:columns - 1] if columns > 1 else line}\x1b[K")
 
-    def _why_not(self):
-        """Why the robot may not do as it is told: what is in its way, or its worst error, in its own words."""
+    def _trouble(self):
+        """The worst error, silence or warning of the guard, in its own words; it may not concern the motion."""
         worst = next((light for light in self._reports.lights
                       if light["level"] > 1 or (light["level"] and light["name"].endswith(": guard"))), None)
         return worst and (f"{worst['name']} is silent" if worst["level"] == SILENCE else worst["words"])

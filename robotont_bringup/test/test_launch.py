@@ -63,6 +63,8 @@ def test_how_to_navigate_is_told_where_one_can(world, name, installed, words, mo
     found = launch.navigation_step({"world": world}, name)
     assert words in found
     assert bool(found) == bool(words)
+    assert "page's map" not in found, "no page runs"
+    assert ("page's map" in launch.navigation_step({"world": world, "teleop": "true"}, name)) == bool(words)
 
 
 @pytest.mark.parametrize("name", ["robot", "description", "navigation", "camera_scan", "gamepad", "robot_localization",

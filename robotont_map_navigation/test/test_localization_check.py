@@ -61,7 +61,8 @@ def test_navigation_stands_while_a_scan_is_gone_whoever_tells_the_pose(monitor, 
     assert monitor.sent["navigation/stand"] == [], "who drives without a sensor knows it"
     monitor.connections["scan"] = comes  # also one that has gone with its node
     monitor.look()
-    says(monitor.look(None), (WARN, "no scan for 4 s: does its sensor run? Navigation stands until it comes again"))
+    says(monitor.look(None), (WARN, "no scan for 4 s: does its sensor run? Navigation through cmd_vel_mux stands "
+                              "until it comes"))
     assert [stand.data for stand in monitor.sent["navigation/stand"]] == [1.0] * 7, "from the second on"
     monitor.look()
     assert len(monitor.sent["navigation/stand"]) == 7

@@ -39,7 +39,7 @@ Ctrl-C here ends all of it.
 VIEW = """  see it       {robotont} rviz{argument}
 """
 NAVIGATION = """  navigate     {robotont} shell -c 'roslaunch robotont_bringup navigation.launch {arguments}'
-               then set a goal: press long on the page's map, or 2D Nav Goal in RViz
+               then set a goal: {page}2D Nav Goal in RViz
 """
 
 
@@ -89,7 +89,8 @@ def navigation_step(given, name):
         return ""
     arguments = "localization:=fake map:=none"  # the simulator publishes the world's own
     arguments += f" namespace:={name}" if name else ""
-    return NAVIGATION.format(robotont=ROBOTONT, arguments=arguments)
+    page = "press long on the page's map, or " if given.get("teleop") == "true" else ""
+    return NAVIGATION.format(robotont=ROBOTONT, arguments=arguments, page=page)
 
 
 def main():

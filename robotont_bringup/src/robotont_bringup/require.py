@@ -37,8 +37,9 @@ def missing(packages):
 def words(launch_file, packages, debian_package=None):
     """One line with the packages that a launch file lacks, and how to get them."""
     several = len(packages) > 1
-    remedy = f"sudo apt-get install {debian_package} (of ROS Noetic)" if debian_package else \
-        f"build {'them' if several else 'it'} in this workspace"
+    them = "them" if several else "it"
+    remedy = f"on Ubuntu 20.04 sudo apt-get install {debian_package}; elsewhere build {them} from source, and name " \
+        "that workspace's devel folder in ROBOTONT_UNDERLAY" if debian_package else f"build {them} in this workspace"
     return (f"{launch_file} needs the ROS package{'s' if several else ''} {', '.join(packages)}, "
             f"which {'are' if several else 'is'} missing: {remedy}")
 

@@ -35,7 +35,7 @@ REMEDY = ("set the pose by RViz' 2D Pose Estimate, or let the robot look around:
 
 
 class LocalizationCheck:
-    """Compares scans with the map, and reports what it finds in the diagnostics and, at each change, in the log.
+    """Compares scans with the map, and reports what it finds: in the diagnostics, a change of its level in the log.
 
     While the pose is wrong it tells `localization/trouble`, and cancels whatever goal makes move_base drive.
     """
@@ -163,14 +163,14 @@ class LocalizationCheck:
         """(level, message) of the diagnostics."""
         own = rospy.get_namespace()
         silence, unlaid = (time.monotonic() - since for since in (self._scan.came, self._laid))
-        found = _explains(mean) if mean else "nothing to compare: the scan shows nothing"
+        found = _explains(mean) if mean else "nothing to compare yet, or the scan shows nothing"
         explained, through = mean or (1.0, 0.0)
         return next((level, words) for applies, level, words in (
-            (self.floor_map is None, WARN, "no map: does map_server run?"),
+            (self.floor_map is None, WARN, "no map: does anybody publish it?"),
             (silence <= SILENCE < unlaid, WARN, "the scan cannot be laid on the map: no transform leads to its frame"),
             (wrong, ERROR, f"{wrong}; {REMEDY}" + f" __ns:={own}" * (own != "/")),
             (silence > SILENCE, WARN,
-             f"no scan for {silence:.0f} s: does its sensor run? Navigation stands until it comes again"
+             f"no scan for {silence:.0f} s: does its sensor run? Navigation through cmd_vel_mux stands until it comes"
              if self._has_sensor() else "no scan yet: does its sensor run? Navigation does not see"),
             (explained >= MIN_FIT, OK, found),
             (through >= THROUGH_WALLS, WARN,

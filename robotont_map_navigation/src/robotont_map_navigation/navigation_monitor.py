@@ -20,7 +20,7 @@ PERIOD = 0.1  # [s] between two looks at where the robot is
 
 
 class NavigationMonitor:
-    """The five in one process, for which /tf, 80 messages per second, and the map are read once."""
+    """The five in one process, for which /tf, dozens of messages a second, and the map are read once."""
 
     def __init__(self, _parameters):
         self._frames = frames = Frames()

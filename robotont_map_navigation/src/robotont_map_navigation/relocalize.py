@@ -45,7 +45,8 @@ class Relocalize:
                             ("odometry", self._place), ("amcl", self._pose.get_num_connections),
                             ("cmd_vel_mux", lambda: self._driver.message)):
             if not wait_for(there, WAIT):
-                return Outcome(Status.NOT_THERE, f"no {what} in {WAIT:g} s: do robot.launch and navigation.launch run?")
+                return Outcome(Status.NOT_THERE, f"no {what} in {WAIT:g} s: do robot.launch, navigation.launch and "
+                               "the driver of the scan's sensor run?")
         del self._scans[:]
         return self._turn() or self._find()
 
@@ -83,8 +84,8 @@ class Relocalize:
                 if step > 0.1 * SPEED * PERIOD:
                     moved = time.monotonic()
                 if time.monotonic() - moved > STUCK:
-                    return Outcome(Status.GAVE_UP, "the robot does not turn: is the emergency stop pressed, or does "
-                                   "somebody drive by hand?")
+                    return Outcome(Status.GAVE_UP, "the robot does not turn: is it stopped, held or unplugged, or "
+                                   "does somebody else drive?")
         finally:
             self._command.publish(Twist())
         time.sleep(RUN_OUT)

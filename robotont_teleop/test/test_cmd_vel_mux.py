@@ -163,7 +163,7 @@ def test_straight_publishers_are_a_warning_only_beside_somebody_else(mux):
     mux.drive("hand", *HAND)
     assert mux.says("who drives") == (WARN, "/square also on cmd_vel: commands mix (cmd_vel:=cmd_vel/default)")
     mux.connections["emergency_stop/pressed_by"] = 0
-    assert mux.says("who drives") == (WARN, "no driver_node hears its commands")
+    assert mux.says("who drives") == (WARN, "no driver_node of this project hears its commands")
 
 
 @pytest.mark.parametrize("wrong", [math.nan, math.inf])

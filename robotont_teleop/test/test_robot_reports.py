@@ -59,7 +59,7 @@ def test_pages_and_fleet_are_told_the_same_worst_and_that_a_task_has_fallen_sile
     say("c: link", 2)
     assert reports.worst["task"] == reports.lights[0]["name"] == "c: link"
     assert [(light["level"], light["words"], light["key"]) for light in reports.lights[1:]] == [
-        (3, "silent for 5 s", "silent")] * 2
+        (3, "silent for over 5 s", "silent")] * 2
 
 
 def test_what_was_heard_before_the_computer_slept_is_old(bus):

@@ -144,7 +144,7 @@ def test_a_pressed_stop_is_seen_and_who_may_release_it(page, served):
     served.robot.emergency_stop.press()
     page.wait("$('stop').getAttribute('aria-pressed') === 'true'", "the pressed button")
     assert (page.text("#driver"), page.text("#can"), page.run("$('dot').dataset.level"), page.text("#stopped_by")) == (
-        "Emergency stop", "Sticks wait for the release", "2", "Stopped by the class's page")
+        "Emergency stop", "Sticks wait for the release", "2", "Stopped by the class's page: release it there")
     served.ready_page().order("take")
     page.wait("$('release').disabled && $('release').innerText === 'Take over first'", "why it may not release it")
 

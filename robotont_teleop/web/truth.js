@@ -27,13 +27,15 @@ function whoMoves({mover: [kind, name], driver}, page) {
 function whatAStickDoes(stalled, state, status, page) {
   const links = status?.lights.filter(({name}) => name.endsWith("link")) ?? []; // of a node that was replaced, too
   const immovable = (links.length > 0 && links.every(({level}) => level === 3)) || status?.lights.some(
-    ({level, key}) => key === "no_driver" || (level === 2 && IMMOVABLE.includes(key)));
+    ({level, key}) => level === 2 && IMMOVABLE.includes(key));
+  const noDriver = status?.lights.some(({key}) => key === "no_driver"); // another one may have the board
   const program = state.driven_by === "default" ? "can_take_it" : "can_mix";
   const found = [
     [stalled, "can_wait"],
     [state.stopped, "can_release"],
     [state.driver !== null && state.driver !== page, "can_take_over"],
     [!state.driven_by, "can_no_mux"],
+    [noDriver, "can_nothing"],
     [immovable, "can_no_board"],
     [state.held.includes(page), "can_let_go"],
     [true, {page: "can_stop", navigation: "can_take_it", program}[state.mover[0]] ?? "can_drive"],

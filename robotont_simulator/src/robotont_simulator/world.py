@@ -18,7 +18,7 @@ from robotont_driver.parameters.yaml_file import MOST_BYTES, read_mapping
 
 HEIGHT = 0.4         # [m] of walls, boxes and posts
 WALL_THICKNESS = 0.1  # [m]
-THING_HEIGHT = 0.25  # [m] of coloured things: seen by the laser, too
+THING_HEIGHT = 0.25  # [m] of coloured things; a laser on large wheels looks over them
 LINE_WIDTH = 0.05    # [m] of lines on the floor
 PICTURE_HEIGHT = 0.2  # [m] of the middle of a picture or tag above the floor
 PAINT = 0.002        # [m] thickness of what is painted
@@ -54,7 +54,7 @@ class Shape(NamedTuple):
 
     @property
     def solid(self):
-        """Whether the robot can touch it; the laser sees the same."""
+        """Whether the robot can touch it; the laser sees nothing else."""
         return self.kind not in ("lines", "tags", "pictures")
 
     def distance(self, x, y):

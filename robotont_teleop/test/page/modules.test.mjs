@@ -35,9 +35,10 @@ test("sticks are off wherever they cannot move it", () => {
     ["who_program a", "can_release", false]);
   assert.deepEqual(say({driven_by: ""}).slice(1), ["can_no_mux", false]);
   assert.deepEqual(say({held: [1]}).slice(1), ["can_let_go", false]);
-  for (const light of [[2, "port_missing"], [2, "board_unknown"], [1, "no_driver"], [3, "silent", "serial_com_node: link"]]) {
+  for (const light of [[2, "port_missing"], [2, "board_unknown"], [3, "silent", "serial_com_node: link"]]) {
     assert.deepEqual(lit(...light), ["can_no_board", false]);
   }
+  assert.deepEqual(lit(1, "no_driver"), ["can_nothing", false]);
   assert.deepEqual(lit(1, "board_unknown"), ["can_drive", true]);
   const replaced = [{level: 3, key: "silent", name: "serial_com_node: link"}, {level: 0, key: "", name: "robotont_node: link"}];
   assert.deepEqual(say({}, {status: {lights: replaced}}).slice(1), ["can_drive", true]);

@@ -3,7 +3,7 @@
 Times [s] are the caller's, from a clock that never goes back.
 """
 
-RECENT = 0.6  # [s] after its last motion a sender still moves the robot: longer than the driver's time-out
+RECENT = 0.6  # [s] after its last motion a sender still counts as moving: longer than the driver's time-out
 KINDS = {"hand": "hand", "navigation": "navigation", "default": "program"}  # by the mux's input
 
 
@@ -24,7 +24,8 @@ class Movers:
     def who(self, driven_by, now):
         """(kind, name): "program", "navigation", "page" (of this node) or "hand" and a node; or "nobody" and "".
 
-        driven_by: what the mux says. Whoever publishes straight on cmd_vel moves the robot, too, whatever it says.
+        driven_by: what the mux says; of navigation it alone counts. Whoever publishes straight on cmd_vel moves the
+        robot, too, whatever it says.
         """
         moving = [key for key, at in tuple(self._moving.items()) if now - at < RECENT]  # others hear meanwhile
         past = {sender for topic, sender in moving if topic == "cmd_vel"} - {self._mux}

@@ -18,7 +18,7 @@ STALE = 1.0      # [s] a value that has not come for so long is not shown
 SILENT = 5.0     # [s] a task or a battery that has not come for so long is silent
 FORGOTTEN = 60.0  # [s] ... and then no more
 LEVELS, SILENCE = (0, 1, 2), 3  # of diagnostic_msgs/DiagnosticStatus; and beside them
-SILENT_LIGHT = {"level": SILENCE, "words": f"silent for {SILENT:g} s", "key": "silent"}
+SILENT_LIGHT = {"level": SILENCE, "words": f"silent for over {SILENT:g} s", "key": "silent"}
 LONGEST_WAY = 0.5  # [m] between two poses; beyond, the odometry was reset
 MOST, LONGEST_NAME, LONGEST_WORDS, MOST_VALUES = 96, 80, 200, 100
 

@@ -212,8 +212,8 @@ class CmdVelMux:
             refusal, self._refusal = self._refusal, ""
             pressed_by = self._pressed_by if arbiter.locked else ""
         warnings = (
-            # driver_node alone publishes who presses the stop
-            not self._driver_node.get_num_connections() and "no driver_node hears its commands",
+            # this project's driver_node alone publishes who presses the stop
+            not self._driver_node.get_num_connections() and "no driver_node of this project hears its commands",
             pressed_by and f"emergency stop, pressed by {pressed_by}",
             self._others and (driver in self._timeouts or len(self._others) > 1) and
             f"{', '.join(self._others)} also on cmd_vel: commands mix (cmd_vel:=cmd_vel/default)",

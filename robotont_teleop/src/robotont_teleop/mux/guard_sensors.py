@@ -33,7 +33,7 @@ def make_guard(blind_speed, guard=None):
 
 
 class SensingGuard(Guard):
-    """Hears `odom`, `scan` and `range`; where sensors are by /tf_static alone: /tf has 100 readings per second."""
+    """Hears `odom`, `scan` and `range`; where sensors are by /tf_static alone: /tf has dozens of messages a second."""
 
     def __init__(self, wheels, blind_speed):
         super().__init__(body(wheels), DECELERATION, blind_speed)

@@ -49,8 +49,7 @@ async def serve(robot, access, parameters):
                        parameters["oldest_command"], parameters["dead_man"])
     server = WebServer(robot, seat, access, host_names(parameters["host_names"]))
     url = server.listen(parameters["address"], parameters["port"], parameters["certificate"])
-    namespace = rospy.get_namespace().rstrip("/")
-    remapping = f" __ns:={namespace}" if namespace else ""
+    remapping = of_namespace()
     print(f"drive the robot in a browser: {url}", "or by keys, in a second terminal: "
           f"./robotont keys{remapping}   (rosrun robotont_teleop keyboard_teleop{remapping})",
           *invitation(url, access, sys.stdout.isatty()), sep="\n", flush=True)  # no log: the token is secret
@@ -64,6 +63,12 @@ async def serve(robot, access, parameters):
                 await server.feeder  # raises what ends it
     finally:
         await server.close()
+
+
+def of_namespace():
+    """What keys need behind them where the robot has a namespace."""
+    namespace = rospy.get_namespace().rstrip("/")
+    return f" __ns:={namespace}" if namespace else ""
 
 
 def report(server, url):
@@ -84,5 +89,6 @@ def main():
         if not rospy.is_shutdown():
             asyncio.run(serve(robot, access, parameters))
     except SetUpError as error:
-        rospy.logfatal("%s; see address, web_port and certificate of teleop.launch. By keys: ./robotont keys", error)
+        rospy.logfatal("%s; see address, web_port and certificate of teleop.launch. By keys: ./robotont keys%s", error,
+                       of_namespace())
         sys.exit(1)

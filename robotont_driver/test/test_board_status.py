@@ -67,7 +67,7 @@ def test_a_fault_is_reported_once_although_it_is_over():
     errors, warnings, _ = made.report()
     assert errors == []
     assert "the board has reported: wheel 0: no counts" in warnings[0]
-    assert "motors are off" not in warnings[0]
+    assert "no motor drives" not in warnings[0]
     assert made.report()[:2] == ([], [])
     made.hear_status(BoardStatus.parse("020000200", 3))
     assert made.report()[:2] == ([made.fault], [])

@@ -189,3 +189,17 @@ def test_a_wheel_that_does_not_do_as_commanded_is_named(wheel, share):
     first = next(index for index, wheels in enumerate(named) if wheels)
     assert set(named[first:]) == {(wheel,)}
     assert (first - 100) * PERIOD <= 1.3
+
+
+@pytest.mark.parametrize("deceleration", [0.225, 0.3125, np.inf])
+def test_a_robot_that_rolls_on_behind_a_stop_or_whose_board_stands_has_no_wheel_at_fault(deceleration):
+    """Generation 2 rolls 0.1 m from 0.25 m/s; inf: the board stands, whatever is commanded."""
+    base, rolls = physics.Base(3), np.isfinite(deceleration)
+    speeds = np.maximum(0.0, 0.25 - (deceleration if rolls else 100.0) * PERIOD * np.maximum(0, np.arange(300) - 100))
+    twists = speeds[:, None] * (1.0, 0.0, 0.0)
+    packets = physics.encoders(np.random.default_rng(1), base, twists[None], SMOOTH, slip=np.ones((1, 300, 3)))[0]
+    asked = np.where(np.arange(300) < 100, 0.25, 0.0 if rolls else 0.25)[:, None] * (1.0, 0.0, 0.0)
+    finder = search(base)
+    for packet, command in zip(packets.tolist(), units(base, asked).tolist()):
+        finder.update(packet, command)
+        assert not finder.lagging

@@ -60,9 +60,9 @@ def test_each_key_that_a_page_names_has_its_texts():
     ("serial_com_node: board", OLD, "board_unknown"),
     ("serial_com_node: board", "the battery is low at 9.9 V: charge it", "battery_low"),
     ("serial_com_node: link", "60 packets come per second instead of 50 (pidControlFrequency)", "wrong_rate"),
-    ("serial_com_node: board", "wheel 0: no counts although it is driven: encoder unplugged; all motors are off until "
+    ("serial_com_node: board", "wheel 0: no counts although it is driven: encoder unplugged; no motor drives before "
      "a command of zeros / the battery is low: charge it", "board_fault"),
-    ("serial_com_node: board", "the board waits for a command of zeros: it has restarted, or a fault has just ended",
+    ("serial_com_node: board", "the board waits for a command of zeros: it has restarted",
      ""),
     ("serial_com_node: link", "5 messages on serial_write were no packets", ""),
     ("odom_node: wheel feedback", "no packets on serial_read, the odometry stands still: see the diagnostics of the "

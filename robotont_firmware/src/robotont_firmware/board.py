@@ -1,4 +1,4 @@
-"""The NUCLEO-L476RG behind the board interface of robotont_firmware.main_loop; no other module depends on it.
+"""The NUCLEO-L476RG behind the board interface of robotont_firmware.main_loop; only main.py imports it.
 
 Everything that allocates happens in the constructor and in `start`; the methods below run with the heap locked.
 """

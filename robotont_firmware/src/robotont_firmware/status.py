@@ -5,7 +5,7 @@ from array import array
 from robotont_firmware.compat import const
 
 TIMED_OUT = const(1)  # flags: no valid command for TIMEOUT: the wheels brake, then roll
-WAITS_FOR_ZERO = const(2)  # after a fault, or a start that was not requested: a command of all zeros is needed
+WAITS_FOR_ZERO = const(2)  # after a fault, and after every start of a board: a command of all zeros is needed
 BATTERY_IS_LOW = const(4)
 
 WHEELS = const(3)  # place of the first wheel's fault in the fields

@@ -224,7 +224,7 @@ def doubts(wheels):
         same = len(set(wheels.distances)) == 1 and _at_one_place(wheels)
         return f"wheelRads{same.replace(';', ':', 1)}" if same else ""
     return (f"wheelRads: all wheels stand on one side of the centre, at {_degrees(wheels, range(wheels.amount))} "
-            "degrees; where a motor is mounted the other way round, positiveRotation is a list, one word per wheel")
+            "degrees; where a motor is mounted the other way round, positiveRotation, beside wheelRads, is a list")
 
 
 def _at_one_place(wheels):

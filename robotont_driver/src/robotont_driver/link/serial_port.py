@@ -131,7 +131,7 @@ def explain(port, error):
         with contextlib.suppress(OSError):  # of /proc, as when this process has too many open files
             users = users_of(port)[:1]
         return ": ".join([f"{port}: another program holds it open", *users])
-    advice = ADVICE.get(number, "is the board still plugged in?")
+    advice = ADVICE.get(number, "is it a serial port, and still plugged in?")
     if number == errno.EACCES and is_pseudo_terminal(port):
         advice = "it is another user's simulator, or what is left of it: choose another port"
     if number == errno.ENOENT and serial_ports():

@@ -45,7 +45,7 @@ PARAMETERS = (
 
 # Parameters in the namespace of the wheels': a restarted node stays stopped, and knows who has to stop first.
 PRESSED_BY, HELD = "emergency_stop_pressed", "emergency_stop_held"
-OLD = "an old command (kept back on its way, or latched before) does not drive"
+OLD = "a command that may be old (kept back on its way, or latched before) does not drive"
 
 
 class DriverNode:
@@ -80,7 +80,7 @@ class DriverNode:
         emergency_stop = rospy.Subscriber("emergency_stop", Bool, self._on_emergency_stop, tcp_nodelay=True)
         rospy.Service("emergency_stop/release", Trigger, self._on_release)
         cmd_vel = rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
-        # the board limits each wheel alone, which would bend the path
+        # the board may limit each wheel alone, which would bend the path
         rospy.Subscriber("board_wheel_limit", Float64, lambda limit: self._stream.limit_wheels(limit.data))
         heard.append(cmd_vel)
         RepeatingThread(Reconnector(boot_time, [cmd_vel, emergency_stop]).look)

@@ -184,7 +184,7 @@ class Gyro:
         return (x, y, yaw - self._given), known.plus(Covariance(off, 0.0, 0.0, off, 0.0, self._saved)), NO_LASTING
 
     def words(self, now):
-        """Why it is not used, or nothing."""
+        """What is wrong with it, or nothing."""
         late, bias = min(self._late, self._least), self.bias
         reasons = (
             (late > now / SECOND - 1.0, "its stamps are zero"),

@@ -5,6 +5,8 @@ import difflib
 import math
 from typing import Any, NamedTuple, Optional, Tuple
 
+import yaml
+
 LONGEST_SHOWN = 200  # characters of a found value in messages
 
 
@@ -80,7 +82,7 @@ def _as_number(found):
     for part in found if isinstance(found, list) else [found]:
         with contextlib.suppress(ValueError):
             if isinstance(part, str) and math.isfinite(float(part)):
-                return f"; {shown(part)} is a text to YAML, write {float(part):g}"
+                return f"; {shown(part)} is a text to YAML, write {yaml.safe_dump(float(part)).split()[0]}"
     return ""
 
 

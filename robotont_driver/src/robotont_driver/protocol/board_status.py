@@ -6,7 +6,7 @@ from typing import NamedTuple, Tuple
 TIMED_OUT, WAITS_FOR_ZERO, BATTERY_LOW = 1, 2, 4  # flags
 NO_FAULT, DRIVER_FAULT, NO_COUNTS, WRONG_WAY, OVERLOAD, TOO_MANY, NOISE = range(7)  # what is wrong with a wheel
 
-OFF = "; all motors are off until a command of zeros"
+OFF = "; no motor drives before a command of zeros"
 FAULTS = {
     DRIVER_FAULT: "wheel {}: its motor driver reports a fault (too much current, heat, or no supply)" + OFF,
     NO_COUNTS: "wheel {}: no counts although it is driven: encoder unplugged, motor without "
@@ -57,7 +57,7 @@ class BoardStatus(NamedTuple):
         if self.load > MOST_LOAD:
             warnings.append(f"the board's work takes {self.load} % of a period: it may miss ticks")
         if self.flags & WAITS_FOR_ZERO and not self.fault:
-            warnings.append("the board waits for a command of zeros: it has restarted, or a fault has just ended")
+            warnings.append("the board waits for a command of zeros: it has restarted")
         elif self.flags & TIMED_OUT:
             warnings.append("no valid commands reach the board: it brakes, then rolls")
         return warnings

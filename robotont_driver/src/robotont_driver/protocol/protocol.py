@@ -79,7 +79,7 @@ class Protocol:
     name = ""
     pacing = 0.0    # [s] least time from a line's end to the next one's beginning, to the board; 0: none is needed
     hello = b""     # sent once, before the first command
-    fastest = 0.0   # [m/s] of a wheel's rim, to which the board limits each one alone; 0: it limits none
+    fastest = 0.0   # [m/s] of a wheel's rim, the most to ask of it; the board may limit each one alone; 0: no limit
     repaired = 0    # packets handed out for periods whose lines were lost
     restarts = 0    # of the board
     doubts = 0      # gaps in which the board may have restarted

@@ -40,7 +40,7 @@ def test_lost_lines_are_told_and_a_port_that_is_opened_again_is_judged_afresh(mo
     a_second(report, line, clock, sender)
     assert a_second(report, line, clock, sender) == (OK, "50 packets/s, checked")
     level, words = a_second(report, line, clock, sender, heard=10)
-    assert (level, words) == (WARN, "88% of the board's lines are missing, lost or never sent: check cable and baudrate")
+    assert (level, words) == (WARN, "88% of the board's lines are lost or never sent: check cable and baudrate")
     a_second(report, line, clock, sender)
     line.connection.feed(b"noise\n" * 42, clock[0])
     written.refused = 7  # messages on serial_write, which are no lines of the board

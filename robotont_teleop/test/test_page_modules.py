@@ -60,7 +60,7 @@ def test_each_key_that_a_page_names_has_its_texts():
     ("serial_com_node: board", OLD, "board_unknown"),
     ("serial_com_node: board", "the battery is low at 9.9 V: charge it", "battery_low"),
     ("serial_com_node: link", "60 packets come per second instead of 50 (pidControlFrequency)", "wrong_rate"),
-    ("serial_com_node: board", "wheel 0: no counts although it is driven: encoder unplugged; no motor drives before "
+    ("serial_com_node: board", "wheel 0: no counts although it is driven: encoder unplugged; no motor drives until "
      "a command of zeros / the battery is low: charge it", "board_fault"),
     ("serial_com_node: board", "the board waits for a command of zeros: it has restarted",
      ""),

@@ -165,8 +165,8 @@ class Pid:
     The reference follows the set-point as the wheel is able to, and P and I act on the difference from it alone. So a
     step does not charge the integral, and the distance comes out exact, as long as the robot is driven.
 
-    `fault` is what fault_watch found at the newest step. `n`: its array; where HEAT is the most only the continuous current
-    is left.
+    `fault` is what fault_watch found at the newest step. `n`: its array; where HEAT is the most only the continuous
+    current is left.
     """
 
     def __init__(self, config, numbers):

@@ -39,5 +39,6 @@ def check(config):
 def _check_channel(name, pin, timer, channel, function):
     allowed = CHANNELS.get((timer, channel), {})
     if allowed.get(pin) != function:
+        words = ", ".join(f"{one} with {number}" for one, number in allowed.items()) or "none"
         raise ValueError(f"{name}: found {pin!r} with alternate function {function} for channel {channel} of timer "
-                         f"{timer}, allowed: {', '.join(f'{one} with {number}' for one, number in allowed.items()) or 'none'}")
+                         f"{timer}, allowed: {words}")

@@ -98,7 +98,7 @@ class SlipSearch:
 
 
 def _only_one_lags(values, wheel, n):
-    """Whether the others do as commanded, unlike those of a robot that rolls on behind a stop, or of one that stands."""
+    """Whether the others do as commanded, unlike those of a robot that rolls on behind a stop, or that stands."""
     path, asked = np.delete(values[:, :n], wheel, 1).sum(axis=0), np.delete(values[:, -n:], wheel, 1).sum(axis=0)
     return abs(path - asked).sum() < abs(asked).sum() / 2
 

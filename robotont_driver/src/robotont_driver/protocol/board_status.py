@@ -6,7 +6,7 @@ from typing import NamedTuple, Tuple
 TIMED_OUT, WAITS_FOR_ZERO, BATTERY_LOW = 1, 2, 4  # flags
 NO_FAULT, DRIVER_FAULT, NO_COUNTS, WRONG_WAY, OVERLOAD, TOO_MANY, NOISE = range(7)  # what is wrong with a wheel
 
-OFF = "; no motor drives before a command of zeros"
+OFF = "; no motor drives until a command of zeros"
 FAULTS = {
     DRIVER_FAULT: "wheel {}: its motor driver reports a fault (too much current, heat, or no supply)" + OFF,
     NO_COUNTS: "wheel {}: no counts although it is driven: encoder unplugged, motor without "

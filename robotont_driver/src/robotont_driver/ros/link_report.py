@@ -75,7 +75,7 @@ class LinkReport:
         elif rate == 0.0:
             warning = "port open, but no packets: is the firmware running, at this baudrate?"
         elif lost > LOST * new_packets:
-            warning = f"{lost / new_packets:.0%} of the board's lines are missing, lost or never sent: check cable and baudrate"
+            warning = f"{lost / new_packets:.0%} of the board's lines are lost or never sent: check cable and baudrate"
         elif new_errors:
             warning = (f"{new_errors} lines dropped since the last report, the newest: {protocol.newest_error}; check "
                        "cable and baudrate")

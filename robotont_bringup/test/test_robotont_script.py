@@ -87,6 +87,11 @@ def test_update_takes_the_newest_version_goes_back_and_touches_nothing_of_the_us
     assert refused.returncode == 1
     assert " M VERSION" in refused.stdout
     assert now() == ("changed", "kept")
+    git(robot, "add", "VERSION")
+    advice = re.search(r"\((git checkout .*)FILE\)", robotont(robot, "update").stdout).group(1)
+    git(robot, *advice.split()[1:], "VERSION")
+    assert "this is v1.0.0 already" in robotont(robot, "update", "v1.0.0").stdout
+    (robot / "VERSION").write_text("changed")
     git(robot, "commit", "-am", "mine")
     mine = git(robot, "rev-parse", "--short", "HEAD")
     assert f"git branch mine {mine} first" in robotont(robot, "update").stdout
@@ -99,8 +104,12 @@ def test_update_takes_the_newest_version_goes_back_and_touches_nothing_of_the_us
     assert robotont(robot, "update", git(home, "rev-parse", "HEAD")).returncode == 0
     assert "newer than the newest version v1.10.0" in robotont(robot, "update").stdout
     assert now() == ("newer", "kept")
+    git(home, "tag", "-f", "v1.10.0")
+    moved = robotont(robot, "update")
+    assert (moved.returncode, f"git fetch from {home} failed: " in moved.stdout, "rejected" in moved.stdout) == (
+        1, True, True), moved.stdout
     git(robot, "remote", "set-url", "origin", str(tmp_path / "gone"))
-    assert f"no connection to {tmp_path / 'gone'}" in robotont(robot, "update").stdout
+    assert f"git fetch from {tmp_path / 'gone'} failed: fatal: " in robotont(robot, "update").stdout
     assert now() == ("newer", "kept")
     (home / "VERSION").write_text("newest")
     git(home, "commit", "-am", "newest")
@@ -145,6 +154,30 @@ def test_an_update_that_has_failed_goes_on_and_neither_the_restart_nor_the_way_b
     back = robotont(robot, "update", "v1.0.0")
     assert (back.returncode, (robot / ".build" / "build" / "built").read_text()) == (1, "v1.0.0"), back.stdout
     assert "it is built, but what its nodes need of PyPI has not come" in back.stdout
+
+
+@pytest.mark.parametrize("waits", ["", "; back: ./robotont update v0.9.0\n"])
+def test_an_update_that_git_refuses_leaves_version_and_restart_as_they_were(waits, tmp_path):
+    home = clone_that_needs_nothing(tmp_path / "home")
+    git(home, "init")
+    for version in ("v1.0.0", "v2.0.0"):
+        (home / f"new_in_{version}").touch()
+        git(home, "add", "-A")
+        git(home, "commit", "-m", version)
+        git(home, "tag", version)
+    git(tmp_path, "clone", "-b", "v1.0.0", str(home), "robot")
+    robot = tmp_path / "robot"
+    restart = robot / ".build/restart"
+    restart.parent.mkdir()
+    if waits:
+        restart.write_text(waits)
+    (robot / "new_in_v2.0.0").write_text("the user's")
+    refused = robotont(robot, "update")
+    assert (refused.returncode, refused.stdout.splitlines()[-1]) == (
+        1, "robotont: git could not take v2.0.0: this is still v1.0.0")
+    assert (restart.read_text() if restart.exists() else "") == waits
+    shutil.rmtree(str(robot / ".git"))
+    assert "not a git repository" in robotont(robot, "update", GIT_CEILING_DIRECTORIES=str(tmp_path)).stdout
 
 
 def test_update_without_tags_takes_the_newest_commit_and_says_so(tmp_path):

@@ -2,6 +2,7 @@
 
 import os
 import re
+import socket
 import subprocess
 import sys
 
@@ -17,12 +18,13 @@ LAUNCH_FILES = {  # launch file: words of the last line of the log; whether the 
         ("robot: found 'robotont4', allowed: four_wheels,", True),
     "<node/>": ("robotont: ", True),
     '<node name="driver" pkg="robotont_driver" type="driver_node" output="screen" required="true"/>': ("", True),
+    '<node ns="/robot1/" name="driver" pkg="robotont_driver" type="driver_node" required="true"/>': ("", True),
     '<node name="bye" pkg="robotont_driver" type="which_robot" args="-h" required="true"/>': ("", False),  # as RViz
 }
 
 
 @pytest.mark.skipif("ROBOTONT_WITHOUT_TF2" in os.environ, reason="PyPI's rospkg does not find Debian's rosout")
-@pytest.mark.parametrize("content", LAUNCH_FILES, ids=["refused", "no node", "died", "finished"])
+@pytest.mark.parametrize("content", LAUNCH_FILES, ids=["refused", "no node", "died", "died in a namespace", "finished"])
 def test_what_cannot_start_is_told_once_and_in_the_exit_status(content, tmp_path):
     words, fails = LAUNCH_FILES[content]
     file = tmp_path / "a.launch"
@@ -73,3 +75,13 @@ def test_what_dies_is_started_again(name):
     """Of launch files that robots run for long; the page ends its launch, slam would begin a new map."""
     for node in re.findall(r"<node [^>]*>", launch_file(f"{name}.launch").read_text()):
         assert 'respawn="true"' in node, node
+
+
+@pytest.mark.parametrize("given, address", [([], "127.0.0.1"), (["address:=0.0.0.0"], "127.0.0.1"),
+                                            (["address:=127.0.0.7"], "127.0.0.7")])
+def test_the_page_is_told_where_it_is_served(given, address, monkeypatch, capsys):
+    monkeypatch.setattr(launch.subprocess, "call", lambda *_args, **_keywords: 0)
+    with socket.create_server((address, 0)) as server:
+        port = server.getsockname()[1]
+        launch.show_next_steps(["teleop:=true", f"web_port:={port}", *given])
+    assert f"browser: http://{address}:{port}/\n" in capsys.readouterr().out

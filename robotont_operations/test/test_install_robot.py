@@ -4,6 +4,7 @@ import os
 import pwd
 import re
 import subprocess
+from unittest import mock
 
 import pytest
 from installing import files, install_robot, need
@@ -64,6 +65,9 @@ def test_without_xacro_the_robot_starts_without_its_model(model, tmp_path, monke
     assert (f"take description:=false out of {tmp_path}/etc/robotont/robot.conf" in done.stdout) != model
     configuration = (tmp_path / "etc/robotont/robot.conf").read_text()
     assert ("ROBOTONT_ARGUMENTS=description:=false\n" in configuration) != model
+    assert "no xacro: the robot does not start" not in done.stdout
+    (tmp_path / "etc/robotont/robot.conf").write_text("ROBOTONT_ARGUMENTS=\n")  # kept
+    assert ("no xacro: the robot does not start" in install_robot(tmp_path).stdout) != model
 
 
 def test_a_workspace_that_the_services_may_not_enter_is_named_and_nothing_written(tmp_path, monkeypatch):
@@ -98,7 +102,9 @@ def test_removal_stops_services_and_leaves_no_file_but_the_users_and_what_a_link
     install_robot(root)
     (root / "var/lib/robotont/black_box").mkdir(parents=True)  # as systemd and the recorder do
     (root / "etc/robotont/page.pem").touch()
-    install_robot(root, "--remove", run=lambda commands: ran.extend(commands) or True)
+    with mock.patch("shutil.rmtree", side_effect=OSError("read-only file system")):
+        assert install_robot(root, "--remove", run=lambda _: True).returncode == 1
+    install_robot(root, "--remove", run=lambda commands: ran.extend(commands) or True)  # takes the rest
     assert [path.name for path in root.rglob("*robotont*")] == ["robotont"]
     assert ((root / "etc/robotont/page.pem").exists(), ran.count(("userdel", "robotont"))) == (True, 1)
 

@@ -1,7 +1,7 @@
 """roslaunch for ./robotont: launch.py FILE ARGUMENT ...
 
-The exit status is 1 where a part cannot start, or a required node has died, which is 0 for roslaunch. With
-simulation.launch it prints how to go on, once the robot runs.
+The exit status is 1 where a part cannot start, or a required node has ended with an error, which is 0 for roslaunch.
+With simulation.launch it prints how to go on, once the robot runs.
 """
 
 # ruff: noqa: E402
@@ -19,6 +19,7 @@ import time
 from pathlib import Path
 
 import rospkg
+from rosgraph.names import ns_join
 from roslaunch import configure_logging
 from roslaunch.core import RLException
 from roslaunch.parent import ROSLaunchParent
@@ -64,11 +65,13 @@ def show_next_steps(arguments):
         heard = ["rostopic", "echo", "-n", "1", namespace + topic]  # ends at once without a master; with one it waits
         while subprocess.call(heard, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL):
             time.sleep(1.0)
-    page, port = "", given.get("web_port", "8100")
+    page, port, address = "", given.get("web_port", "8100"), given.get("address", "127.0.0.1")
+    address = "127.0.0.1" if address in ("", "0.0.0.0", "::") else address
     while given.get("teleop") == "true" and not page:
         with contextlib.suppress(OSError, ValueError):
-            socket.create_connection(("127.0.0.1", int(port))).close()
-            page = f"Drive it in a browser: http{'s' if given.get('certificate') else ''}://127.0.0.1:{port}/\n"
+            socket.create_connection((address, int(port))).close()
+            scheme, host = "https" if given.get("certificate") else "http", f"[{address}]" if ":" in address else address
+            page = f"Drive it in a browser: {scheme}://{host}:{port}/\n"
         time.sleep(0.5)
     master = os.environ.get("ROS_MASTER_URI", "")
     print(NEXT_STEPS.format(
@@ -108,7 +111,8 @@ def main():
     if Path(file).name == "simulation.launch":
         threading.Thread(target=show_next_steps, args=(arguments,), daemon=True).start()
     launch.spin()
-    return int(any(node.required and node.name in deaths.failed for node in launch.config.nodes))
+    return int(any(node.required and ns_join(node.namespace, node.name).lstrip("/") in deaths.failed
+                   for node in launch.config.nodes))
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ from robotont_operations import installation
 ROOT = Path("/")
 AFTER_INSTALL = (("systemd-sysusers",), ("udevadm", "control", "--reload"),
                  ("udevadm", "trigger", "--subsystem-match=tty"), ("systemctl", "daemon-reload"))
+FOR_XACRO = "./robotont setup sim (a catkin workspace's shell needs its PYTHONPATH, too: docs/fleet.md)"
 AFTER_REMOVAL = (("udevadm", "control", "--reload"), ("systemctl", "daemon-reload"))
 
 
@@ -105,20 +106,24 @@ def _install(options):
             for part in os.environ.get(name, "").split(":") if os.path.isdir(part)]
     closed = installation.unreadable(used)
     if closed:
-        print(f"install-robot: the services' user may not enter {closed}: sudo chmod o+x {closed}, "
-              "or move the workspace to /opt", file=sys.stderr)
+        print(f"install-robot: the services' user may not enter {closed}: sudo chmod o+x {closed} (of the workspace "
+              "itself: sudo chmod -R o+rX), or move the workspace to /opt", file=sys.stderr)
         return 1
     model = importlib.util.find_spec("xacro") is not None
-    if not model:
-        print("install-robot: no xacro: the robot starts without its model. "
-              f"For one: ./robotont setup sim, take description:=false out of {ROOT / installation.KEPT}, "
-              "then this again")
     templates = Path(rospkg.RosPack().get_path("robotont_operations")) / "install"
     files, links = installation.planned(templates, _udev_rules(), os.environ, options, model)
     print(f"written, under {ROOT}:", *installation.install(files, links, options.robot, ROOT), sep="\n  ")
     kept = ROOT / installation.KEPT
-    if model and "description:=false" in installation.read(kept):
+    without = "description:=false" in installation.read(kept)
+    if model and without:
         print(f"install-robot: {kept} is kept, and says description:=false: without it the robot has its model")
+    elif without:
+        print(f"install-robot: no xacro: the robot starts without its model. For one: {FOR_XACRO}, take "
+              f"description:=false out of {kept}, then this again")
+    elif not model:
+        print(f"install-robot: no xacro: the robot does not start. Either {FOR_XACRO}, then this again; or, without "
+              f"its model: description:=false behind ROBOTONT_ARGUMENTS= in {kept}, "
+              "then sudo systemctl restart robotont")
     units = installation.installed_units(ROOT)
     good = run((*AFTER_INSTALL, ("systemctl", "restart", *units)))
     print("next: ./robotont status; the log: journalctl -fu 'robotont*'")

@@ -129,8 +129,8 @@ def remove(root, udev_rules):
     """
     units = [place + unit for unit in installed_units(root) for place in (WANTED, SYSTEMD)]
     rules = [UDEV + Path(rule).name for rule in udev_rules]
-    names = (*rules, *units, USER, SETTINGS + "python_logging.conf", SETTINGS + "environment",
-             KEPT, STATE)
+    names = (*rules, USER, SETTINGS + "python_logging.conf", SETTINGS + "environment", KEPT, STATE,
+             *units)  # last: by them one that broke off is found
     gone = []
     for name, path in [(name, Path(root, name)) for name in names]:
         if path.is_symlink():
@@ -146,6 +146,6 @@ def remove(root, udev_rules):
 
 
 def unreadable(paths):
-    """The first folder on the way to one of the paths into which not every user may go; None if all may be read."""
+    """The first folder on the way to one of the paths into which not every user may go, or None."""
     folders = (folder for path in map(Path, paths) for folder in (*reversed(path.resolve().parents), path.resolve()))
     return next((folder for folder in folders if folder.is_dir() and not folder.stat().st_mode & 0o001), None)

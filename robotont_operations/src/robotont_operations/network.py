@@ -80,8 +80,9 @@ def knows_my_name(environment, master, announced, found):
     elif not found.startswith("127."):
         return GOOD, f"this machine's nodes are looked for at {announced}"
     elif is_own(master):
-        return NOTE, (f"this machine keeps to itself: its nodes announce {announced} ({found}), which no other machine "
-                      "can use; on a robot sudo ./robotont install-robot --network ADDRESS opens it")
+        return NOTE, (f"this machine keeps to itself: nodes of this terminal announce {announced} ({found}), which no "
+                      f"other machine can use: {remedy}; for services at boot: "
+                      "sudo ./robotont install-robot --network ADDRESS")
     else:
         fault = f"{source} is {found}, where the robot finds only itself"
     return FAULT, f"wrong ROS_IP/ROS_HOSTNAME: {fault}: {remedy}"

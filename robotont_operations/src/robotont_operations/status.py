@@ -67,7 +67,7 @@ def robots_of(alive):
     found, ask = {}, rosgraph.Master(CALLER).getParam
     for space in {node.rpartition("/")[0] + "/" for node in alive}:
         with contextlib.suppress(*probes.RPC_ERRORS, rosgraph.MasterException):
-            found[space] = f"{ask(space + 'robot')}, of an older version than this command's: start it again"
+            found[space] = f"{ask(space + 'robot')}; its driver_node names no version: it has not started, or is older"
             found[space] = f"{ask(space + 'robot')}, version {ask(space + 'version') or 'unknown'}"
     return found
 

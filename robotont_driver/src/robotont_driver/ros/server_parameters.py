@@ -13,7 +13,7 @@ from robotont_driver.ros.repeating_thread import RepeatingThread
 AGAIN = 1.0  # [s] after which it is written again, to a master that did not answer, or to a new one
 # Parameters that every node has besides its own.
 COMMON_PARAMETERS = (
-    Parameter("diagnostic_period", 1.0, "between two diagnostics, if any", "s", minimum=0.1, maximum=60.0),
+    Parameter("diagnostic_period", 1.0, "between two diagnostics, if any", "s", minimum=0.1, maximum=1.0),
 )
 
 

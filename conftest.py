@@ -3,7 +3,7 @@
 A comment such as <!-- needs: chromium, /dev/uinput --> names programs and files without which a .test file is skipped.
 Tests whose bounds are in real time are marked `timed`, rostests by a name timed_*.test: `./robotont test` runs them
 apart, four at a time; alone_*.test, which measure milliseconds or keep both cores busy, follow one by one.
-long_*.test run only when asked for (-m long), nightly_*.test once a day.
+./robotont test runs long_*.test only when asked for (-m long), nightly_*.test once a day.
 """
 
 import contextlib

@@ -1,7 +1,7 @@
 # The tests of ./robotont test, which sources this: their order, mutants, Python 3.8, fresh systems.
 # shellcheck shell=bash disable=SC2164 # robotont has set -e
 
-# With arguments what they name; else lint and all tests, in three steps: rostests, three at a time, beside lint and four
+# With arguments what they name; else lint and the usual tests, in three steps: rostests, three at a time, beside lint and four
 # of those that start processes; those that measure time, four at a time; those that need the machine to themselves. What
 # only computes fills, at the lowest priority, the time in which those of the first two steps wait. Each pytest gets the
 # files that hold its tests, for to collect them all takes 3 s of processor time in each of its processes; a file stays in
@@ -71,8 +71,8 @@ behind() {
     setsid -w bash -c 'echo 19 >/proc/self/autogroup; exec nice -n 19 "$@"' bash "$@"
 }
 
-# On Ubuntu 20.04's Python with its versions of libraries: all but rostests and what needs tf2, which is compiled. What
-# rosrun and roslaunch start runs on this system's Python.
+# On Ubuntu 20.04's Python with its versions of libraries: the usual tests without rostests, timed ones and what needs
+# tf2, which is compiled. What rosrun and roslaunch start runs on this system's Python.
 test_on_python38() {
     local python list venv=$WORK/python3.8 lists=(ubuntu-20.04 sim calibration flash lint test)
     for python in "$(pyenv root 2>/dev/null)"/versions/3.8*/bin/python3.8 python3.8 ""; do

@@ -1,6 +1,6 @@
 # shellcheck shell=bash
 # Sourced by ./robotont: missing packages are installed, and the workspace is built. ROOT: the repository.
-# WORK: all that this makes lies there.
+# WORK: what this builds lies there.
 
 # Folder of a ROS 1 in /opt/ros; nothing where there is none.
 opt_ros() {
@@ -44,7 +44,7 @@ as_root() {
     elif command -v sudo >/dev/null; then
         sudo "$@"
     else
-        fail "these packages need root or sudo: $*"
+        fail "this needs root or sudo: $*"
     fi
 }
 
@@ -215,10 +215,11 @@ move the clone to another folder, or rename this one"
 
 # A clone that was moved or copied has the paths of its old place in all that was built.
 forget_another_place() {
-    local place
+    local place groups
     place=$(cat "$WORK/place" 2>/dev/null || echo "$ROOT $WORK")
     if [ "$place" != "$ROOT $WORK" ]; then
-        echo "moved or copied from ${place% *}: rebuilt"
+        groups=$(find "$WORK/venv/setup" "$WORK/tools/setup" -type f -printf '%f ' 2>/dev/null || true)
+        echo "moved or copied from ${place% *}: rebuilt${groups:+; for all that was here: ./robotont setup $groups}"
         rm -rf "$WORK/build" "$WORK/devel" "$WORK/install" "$WORK/venv" "$WORK/tools" "$WORK/setup"
     fi
     echo "$ROOT $WORK" >"$WORK/place"

@@ -195,6 +195,7 @@ def test_all_is_said_in_three_languages(browser):
         page.wait("document.querySelector('.now').textContent === '0.10 m/s'", "nothing that nobody knows")
         page.close()
     texts = json.loads(page_files()["fleet_texts.json"][1])
+    assert b"router:=tcp/ADDRESS:7448<" in page_files(7448)["index.html"][1]
     assert [need for need in NEEDS if need and f"need_{need}" not in texts] == ["error", "warning"], "their fault has"
 
 

@@ -30,6 +30,8 @@ def test_page_and_fleet_start_at_boot_where_they_were_asked_for_in_a_namespace_t
         assert (tmp_path / SYSTEMD / "multi-user.target.wants" / units[name].name).is_symlink()
         assert install_robot(tmp_path, f"--{name}", "127.0.0.1").returncode == 2
     assert ":8100/ " in said
+    assert "phones: http://10.0.0.8:8100/, and once" in install_robot(tmp_path, "--page=10.0.0.8").stdout
+    assert "phones: http://10.0.0.8:8100/, and once" in install_robot(tmp_path).stdout  # kept
     configuration = tmp_path / "etc/robotont/robot.conf"
     configuration.write_text(configuration.read_text().replace("PAGE_ARGUMENTS=", "PAGE_ARGUMENTS=web_port:=8200"))
     assert ":8100" not in install_robot(tmp_path, "--page=10.0.0.7").stdout

@@ -70,7 +70,8 @@ def show_next_steps(arguments):
     while given.get("teleop") == "true" and not page:
         with contextlib.suppress(OSError, ValueError):
             socket.create_connection((address, int(port))).close()
-            scheme, host = "https" if given.get("certificate") else "http", f"[{address}]" if ":" in address else address
+            scheme = "https" if given.get("certificate") else "http"
+            host = f"[{address}]" if ":" in address else address
             page = f"Drive it in a browser: {scheme}://{host}:{port}/\n"
         time.sleep(0.5)
     master = os.environ.get("ROS_MASTER_URI", "")

@@ -25,7 +25,7 @@ RESTLESS = f"For {LONGEST_REST:g} s the robot did not stand still, or sent no pa
 
 
 def guide(options, wheels):
-    """Make the runs; list of RUN arguments for calibrate_wheels. Nothing moves before the user confirms.
+    """Make the runs; list of RUN arguments for calibrate_wheels. Nothing moves before the user answers.
 
     Raises ValueError when no packets come, for another robot's wheels, or when no run was made; EOFError where nobody
     answers.
@@ -45,7 +45,7 @@ def guide(options, wheels):
     if running_wheels(robot.namespace) != wheels:
         ours = shipped() / rospy.get_param(robot.namespace + "robot", "NAME")  # a path stays what it is
         raise ValueError(f"{options.wheel_params}: found other wheels than those of the running robot, allowed: "
-                         f"--wheel-params {ours / WHEELS}")
+                         f"--wheel-params {ours / WHEELS}; has that changed since the robot started, start it again")
     for number, (name, what, room, twists) in enumerate(runs, 1):
         print(f"\nRun {number} of {len(runs)}: {what}. It needs {room}.")
         try:
@@ -62,7 +62,8 @@ def guide(options, wheels):
             write_file(kept, "\n".join(lines) + "\n")  # now: whatever comes, this run is kept
     if not made:
         raise ValueError("found no run to calibrate with")
-    print(f"\nkept: {folder}/*.bag; with all runs of this folder: calibrate_wheels --wheel-params ... @{kept}\n")
+    print(f"\nkept: {folder}/*.bag; with all complete runs of this folder: "
+          f"calibrate_wheels --wheel-params ... @{kept}\n")
     return made
 
 

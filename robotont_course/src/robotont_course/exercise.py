@@ -1,7 +1,7 @@
 """A student's program in its exercise: judged by where the robot truly was, in words, with a picture.
 
-Without a FILE it shows the task, and puts the template NAME.py into this folder. Exit status 0: passed; 1: not; 2: the
-exercise could not be run.
+Without a FILE it shows the task, and puts the template NAME.py into this folder. Exit status 0: passed, or --class;
+1: not; 2: the exercise could not be run.
 """
 
 import argparse

@@ -35,7 +35,8 @@ def find_port(requested):
     """Return the serial port to use; FlashError states why there is none."""
     ports = [requested] if requested else [port for port in serial_ports() if usb_id(port).startswith(ST_LINK)]
     if len(ports) != 1:
-        raise FlashError(f"ST-Links found: {', '.join(ports) or 'none'}. Plug in one by USB, or name its port: --port.")
+        raise FlashError(f"boards of the ST-Link's USB vendor found: {', '.join(ports) or 'none'}. Plug in one by USB, "
+                         "or name its port: --port.")
     return ports[0]
 
 

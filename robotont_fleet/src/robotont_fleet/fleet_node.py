@@ -172,8 +172,7 @@ class FleetNode:
         if zenoh is None:
             return WARN, ABSENT, values
         if self._others:
-            return ERROR, (f"another robot is called {self.name}, too: give one of them another robot_name in "
-                           "config/fleet/fleet.yaml"), values
+            return ERROR, f"another robot is called {self.name}, too: rename one of them (docs/fleet.md)", values
         if self._session is None or not self._session.info.routers_zid():
             return WARN, (f"no answer from {self._parameters['router']}: does ./robotont fleet run there, and is its "
                           f"password for {self.name} in {self._password_file} since before fleet.launch? "

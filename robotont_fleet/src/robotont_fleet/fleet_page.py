@@ -48,7 +48,8 @@ def arguments(given=None):
                             formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--network", action="store_true", help="other computers may come, with token and passwords")
     parser.add_argument("--port", type=port, default=8110, help="of the page [8110]")
-    parser.add_argument("--router-port", type=port, default=7447, help="of the router, to which robots connect [7447]")
+    parser.add_argument("--router-port", type=port, default=7447, help="of the router, to which robots connect "
+                        "[7447, as install-robot --fleet has it]")
     parser.add_argument("--map", default="", help="the map that the robots share: map_server's .yaml")
     parser.add_argument("--host-names", default="", help="further names of this computer, between commas")
     parser.add_argument("--add", nargs="+", metavar="ROBOT", help="print robots' passwords, new where missing, and end")
@@ -75,9 +76,11 @@ def read_ground(path):
     return output.getvalue(), {"x": x, "y": y, "width": picture.width * scale, "height": picture.height * scale}
 
 
-def page_files():
+def page_files(router_port=7447):
     """The page's files by name: its own, and the login and the style of robotont_teleop's."""
-    return {**read_files("robotont_teleop"), **read_files("robotont_fleet")}
+    files = {**read_files("robotont_teleop"), **read_files("robotont_fleet")}
+    kind, page = files["index.html"]
+    return {**files, "index.html": (kind, page.replace(b"ADDRESS:7447", b"ADDRESS:%d" % router_port))}
 
 
 class StopFile:
@@ -156,7 +159,8 @@ async def serve(options, session):
     ground = read_ground(options.map) if options.map else None
     stop_file = StopFile(options.port)
     side = ZenohSide(session, loop, stop_file)
-    server = FleetServer(side.fleet, access, host_names(options.host_names), page_files(), ground, stop_file)
+    server = FleetServer(side.fleet, access, host_names(options.host_names),
+                         page_files(options.router_port), ground, stop_file)
     url = server.listen(address, options.port)
     print(f"all robots on one page: {url}", *invitation(url, access, sys.stdout.isatty()), sep="\n")
     print(f"robots connect to tcp/{own_address() if options.network else address}:{options.router_port}", flush=True)

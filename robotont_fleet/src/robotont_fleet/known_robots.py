@@ -164,7 +164,7 @@ class Fleet:
                          "waiting": sorted(asked & there - stand), "gone": sorted(asked - there), "left": sorted(left)}}
 
     def _need(self, one, now):
-        """The first of NEEDS that is true."""
+        """One of NEEDS: the first of `found` that is true."""
         state, charge = one.state, (one.state.get("battery") or {}).get("charge")
         level, wanted = (state.get("worst") or {"level": 0})["level"], self._wanted(one.name)
         found = {"gone": not one.present, "namesakes": state.get("namesakes") or len(self._present(one.name)) > 1,

@@ -52,7 +52,7 @@ class RobotTelemetry(RobotReports):
     # Orders
 
     def stop(self):
-        """Press the emergency stop; a person beside the robot releases it. Goals are taken back."""
+        """Press the emergency stop, and take back all goals."""
         self.emergency_stop.press()
         self._cancels.publish(GoalID())
 

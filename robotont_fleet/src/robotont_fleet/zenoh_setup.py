@@ -15,7 +15,8 @@ try:
 except ImportError:  # the robot drives without it
     zenoh = None
 
-ABSENT = "no zenoh, which only the fleet needs: ./robotont setup fleet, and in a catkin workspace docs/fleet.md"
+ABSENT = ("no zenoh, which only the fleet needs: ./robotont setup fleet, and, where it starts at boot, install-robot "
+          "anew; in a catkin workspace docs/fleet.md")
 LEASE = 2000          # [ms] a connection that is silent for so long is closed, with all that waits in it
 LARGEST_FILE = 100_000  # [bytes] of passwords
 RETRY = 100           # [ms] between two attempts to connect

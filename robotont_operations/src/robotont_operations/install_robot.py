@@ -129,8 +129,10 @@ def _install(options):
     print("next: ./robotont status; the log: journalctl -fu 'robotont*'")
     if installation.PAGE_UNIT in units:
         elsewhere = re.search("^ROBOTONT_PAGE_ARGUMENTS=.*(certificate|web_port):=", installation.read(kept), re.M)
-        where = f"the page, as {kept} has its certificate:= and web_port:=" if elsewhere else \
+        at = re.search(r"address:=(\S+)", installation.read(ROOT / installation.SYSTEMD / installation.PAGE_UNIT))
+        where = f"http://{at.group(1)}:8100/" if at and at.group(1) != "0.0.0.0" else \
             f"http://{socket.gethostname()}:8100/ (or the first address that hostname -I prints)"
+        where = f"the page, as {kept} has its certificate:= and web_port:=" if elsewhere else where
         print(f"phones: {where}, and once the token that is made at the first start: "
               "sudo cat /var/lib/robotont/robotont_teleop_token")
     if options.fleet:

@@ -84,7 +84,7 @@ class RecorderNode:
         self._dropped_at = time.monotonic()
 
     def _report(self):
-        values = {"messages kept": self._written, "messages lost": self._dropped, "folder": self._box.folder}
+        values = {"messages written": self._written, "messages lost": self._dropped, "folder": self._box.folder}
         if self._trouble:
             return ERROR, self._trouble, values
         if time.monotonic() - self._dropped_at < RECENTLY:

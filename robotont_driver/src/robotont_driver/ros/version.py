@@ -8,7 +8,7 @@ CLONE = Path(__file__).resolve().parents[4]
 
 
 def version(clone=CLONE):
-    """The packages' version and, where git has noted its way, the commit: "1.0.0 (12ab34cd)"; "" outside a clone."""
+    """The packages' version and, where git has noted its way, the commit: "1.0.0 (12ab34cd)"."""
     words = ""
     with contextlib.suppress(OSError, IndexError):
         words = re.search("<version>(.*)<", (clone / "robotont_driver/package.xml").read_text()).group(1)

@@ -1,4 +1,4 @@
-"""Imported before all else by each program: neither Ctrl-C nor a letter that a terminal lacks makes a traceback."""
+"""Imported before all else by programs: neither Ctrl-C nor a letter that a terminal lacks makes a traceback."""
 
 import sys
 

@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 import pytest
+import rospy
 from lockstep import LockstepRun
 from robot_runs import ROBOTS
 
 from robotont_driver.kinematics.wheel_params import read_wheels
 from robotont_simulator import simulation as imu
 from robotont_simulator.simulation import GRAVITY, ImuErrors, Simulation
+from robotont_simulator.simulator_node import PARAMETERS, Sensors
 from robotont_simulator.world import World
 
 
@@ -63,3 +65,15 @@ def test_errors_are_as_large_as_the_data_sheet_says():
     assert np.std([errors.scale[:3] - 1 for errors in devices]) == pytest.approx(imu.SCALE[0], rel=0.5)
     assert np.std(readings.mean(axis=1) - starts) == pytest.approx(imu.NOISE[0], rel=0.3)
     assert np.std(walks) == pytest.approx(imu.DRIFT[0] * math.sqrt(21), rel=0.5)
+
+
+@pytest.mark.parametrize("rate, announced", [(10.0, True), (0.0, False)])
+def test_a_scanner_that_is_off_is_not_announced(rate, announced, monkeypatch):
+    """Else a guard takes it for one that is there, and does not speak."""
+    topics = []
+    monkeypatch.setattr(rospy, "Publisher", lambda topic, *_, **__: topics.append(topic))
+    monkeypatch.setattr(rospy, "get_param", lambda _, default: default)
+    parameters = {**{parameter.name: parameter.default for parameter in PARAMETERS}, "scan_rate": rate}
+    Sensors(new_simulation(imu_rate=250), 50.0, parameters)
+    assert ("scan" in topics) == announced
+    assert "imu" in topics

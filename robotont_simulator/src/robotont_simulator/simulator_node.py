@@ -61,7 +61,7 @@ class Sensors:
         self._publishers = {}
         for message, topic, waiting, frame in (
                 (self._truth, "ground_truth/odom", 10, "map"), (self._imu, "imu", IMU_BURST, base),
-                (self._scan, "scan", 2, parameters["laser_frame"])):
+                (self._scan, "scan", 2, parameters["laser_frame"]))[:3 if rate else 2]:
             message.header.frame_id = frame
             self._publishers[type(message)] = rospy.Publisher(topic, type(message), queue_size=waiting)
 

@@ -4,6 +4,7 @@ import itertools
 import math
 import random
 import sys
+from types import SimpleNamespace
 
 import pytest
 import rospy
@@ -12,12 +13,13 @@ from navigation_messages import Monitor
 from sensor_msgs import point_cloud2
 from std_msgs.msg import Float32, String
 
+from robotont_boards import BOARDS
 from robotont_driver.command.limits import Limits, limit_acceleration
-from robotont_driver.kinematics.se2 import compose
+from robotont_driver.kinematics.se2 import between, compose
 from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_driver.robots.robot_folder import read_robot
 from robotont_map_navigation.felt import FELT_AT
-from robotont_map_navigation.held import FELT, FREE, FRONT, LAG, PASSED, STAND, TRIES, HoldWatch
+from robotont_map_navigation.held import FELT, FREE, FRONT, LAG, MAKERS, PASSED, STAND, TRIES, HoldWatch
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
 from robotont_testing import places
@@ -26,6 +28,7 @@ from robotont_testing.node_test import ERROR, OK
 
 sys.path.append(str(places.package("robotont_simulator") / "test"))
 from lockstep import LockstepRun
+from test_sim_official_firmware import Drive
 
 PERIOD = 0.02  # [s] between two twists of the odometry, of every folder's board
 SLOWER = 0.036  # [s] likewise, as of an EKF
@@ -64,6 +67,15 @@ def test_a_robot_that_does_not_move_as_commanded_stands_and_is_held_the_third_ti
     pushed = [now - before for before, now in zip([0.0, *(stand + STAND for stand in stands)], stands)]
     assert max(pushed) <= PUSHING
     assert held < 2.0
+
+
+@pytest.mark.parametrize("commanded, measured", [((0.113, 0.0, -0.59), (0.027, 0.031, -0.28)),
+                                                 ((0.285, 0.0, 1.0), (0.082, -0.107, 0.9)),
+                                                 ((0.3, 0.0, 0.4), (0.3, 0.0, 0.0))])
+def test_a_turn_does_not_hide_that_the_way_is_barred_nor_a_way_that_the_turn_is(commanded, measured):
+    """As against somebody's back while a plan led around him."""
+    stands, _ = verdicts(lambda now: commanded, lambda now: measured)
+    assert len(stands) == TRIES
 
 
 def reversal(now):
@@ -164,18 +176,43 @@ def test_the_way_to_what_was_touched_is_barred_until_the_robot_has_left_it(monke
     assert len(barred) == known
 
 
+class Makers:
+    """A robot with its makers' firmware, as a `LockstepRun`; its driver keeps the wheels below the board's limit."""
+
+    def __init__(self, name, mass):
+        self._drive, self._before = Drive(name, mass), (0.0, 0.0, 0.0)
+        self.odometry = SimpleNamespace(twist=REST)
+
+    def hold(self, twist, seconds):
+        self._drive.hold(twist, seconds)
+
+    def within(self, twist):
+        wheels, fastest = self._drive.kinematics.matrix @ twist, self._drive.protocol.fastest
+        return tuple(part * min(1.0, fastest / max(*abs(wheels), 1e-9)) for part in twist)
+
+    def drive(self, twists):
+        for twist in twists:
+            self.hold(twist, PERIOD)
+        pose = self._drive.odometry.pose
+        now = pose.x, pose.y, pose.yaw
+        self.odometry.twist, self._before = [part / PERIOD for part in between(self._before, now)], now
+
+
 def drive(name, seed, mass, seconds):
     """[(time, commanded, measured)] of a robot folder on an empty floor, by what move_base may ask for."""
     draw = random.Random(seed)
     wheels = read_robot(name).wheels
-    simulation = Simulation(wheels._replace(mass=mass + wheels.amount * WHEEL_MASS), World(), seed)
-    run, twist, record = LockstepRun(simulation), REST, []
+    whole = mass + wheels.amount * WHEEL_MASS
+    makers = name in BOARDS
+    run = Makers(name, whole) if makers else LockstepRun(Simulation(wheels._replace(mass=whole), World(), seed))
+    twist, record = REST, []
     run.hold(REST, 0.4)
     while len(record) < seconds / PERIOD:
         target = draw.choice([(draw.uniform(0.1, 0.4), 0.0, draw.uniform(-1.0, 1.0)), (0.05, 0.0, 0.0), REST,
                               (0.0, 0.0, draw.choice([-1, 1]) * draw.uniform(0.3, 1.0))])
         for _ in range(draw.randint(5, 100)):
             twist = limit_acceleration(twist, target, PERIOD, LIMITS) if any(target) else REST
+            twist = run.within(twist) if makers else twist
             run.drive([twist])
             record.append((len(record) * PERIOD, twist, tuple(run.odometry.twist)))
     return record
@@ -210,7 +247,7 @@ def test_no_goal_ends_in_a_drive_however_its_odometry_comes(name, mass, seconds)
     """A heavy robot that crawls may stand once: its wheels have to turn round first."""
     record = drive(name, 1, mass, seconds)
     for way in ({}, {"jitter": 0.3}, {"line": 5}, {"stall": 0.3}, {"stall": 0.3, "stalled": "odometry"}):
-        watch, stands = HoldWatch(0.15), []
+        watch, stands = HoldWatch(0.15, *MAKERS) if name in BOARDS else HoldWatch(0.15), []
         for time, what, stamp, twist in arrivals(record, random.Random(2), **way):
             if what == "commands":
                 watch.command(twist, time)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from navigation_messages import Monitor, grid, ranges_in_box, scan_of, walled
 
 from robotont_driver.kinematics.se2 import pose_of
@@ -109,6 +109,14 @@ def test_a_wrong_pose_cancels_what_drives_until_a_person_has_set_it(monitor):
 def test_a_pose_where_no_robot_can_be_is_wrong(monitor):
     monitor.stand(50.0, 0.0, 0.0)
     says(monitor.look(), (ERROR, "the pose (50.00, 0.00) is off the map, which is 6.1 m x 2.1 m large"))
+
+
+def test_a_map_whose_origin_is_turned_is_told(monitor):
+    turned = grid(walled(42, 122), -3.05, -1.05)
+    turned.info.origin.orientation = Quaternion(z=math.sin(0.25), w=math.cos(0.25))
+    monitor.hear("map", turned)
+    level, words, _ = monitor.look()
+    assert (level, words[:33]) == (ERROR, "the map's origin has a yaw, which")
 
 
 def test_a_pose_that_slides_away_is_wrong_even_when_it_fits_then(monitor):

@@ -58,6 +58,17 @@ def test_too_few_rays_prove_nothing():
     assert fit_nearby(MAP, POSE, rays(but(slice(9, None), math.nan)), 0.1) is None
 
 
+def test_rays_that_end_where_the_map_knows_nothing_prove_nothing():
+    cells = MAP.cells.copy()
+    cells[:, 50:] = -1
+    half, none = FloorMap(cells, CELL, MAP.origin), FloorMap(np.full_like(cells, -1), CELL, MAP.origin)
+    assert fit_nearby(none, POSE, rays(SEEN), 0.1) is None
+    assert fit_nearby(half, POSE, rays(SEEN), 0.1) == pytest.approx((1.0, 0.0))
+    assert fit_nearby(FloorMap(MAP.cells[:, :50], CELL, MAP.origin), POSE, rays(SEEN), 0.1) == pytest.approx((1.0, 0.0))
+    through = fit_nearby(half, POSE, rays(np.minimum(SEEN + 0.5, 5.0)), 0.1).through_walls
+    assert through > 0.3, "a wall that is known is seen through"
+
+
 def test_a_sensor_that_hangs_upside_down_and_one_that_is_turned():
     (x, y), _ = rays(SEEN)
     hanging, _ = rays(SEEN, rotation=Quaternion(x=1.0))

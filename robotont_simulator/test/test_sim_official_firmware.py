@@ -24,9 +24,10 @@ PERIOD = 0.02  # [s]
 class Drive:
     """A PC and a board with the official firmware on a simulated robot."""
 
-    def __init__(self, name):
+    def __init__(self, name, mass=None):
+        """mass: [kg], as by the wheels' file where None."""
         wheels = read_wheels(ROBOTONT2)
-        self.simulation = make_simulation(name, wheels, FLOOR, 1)
+        self.simulation = make_simulation(name, wheels._replace(mass=mass or wheels.mass), FLOOR, 1)
         self.board = BOARDS[name](self.simulation)
         self.kinematics = Kinematics(wheels)
         self.odometry = WheelOdometry(self.kinematics, PERIOD, 0.008)

@@ -65,6 +65,10 @@ class FloorMap:
         walls = self._at(self._occupied, *(np.reshape(start, (2, 1, 1)) + (way / lengths)[:, None] * steps))
         return (walls & (steps < lengths - tolerance)).any(axis=0)
 
+    def are_unknown(self, places):
+        """Which places (x, y), arrays of one shape [m], lie in cells of which the map knows nothing, or off it."""
+        return ~self._at(self.cells >= 0, *places)
+
     def indices(self, x, y):
         """(row, column), not rounded, of places in the map's frame [m]."""
         along, across, _ = between(self.origin, (x, y, 0.0))

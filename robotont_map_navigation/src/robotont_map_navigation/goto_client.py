@@ -133,7 +133,8 @@ class GoTo:
                                    f"or on the goal? {self.cancel()}{self._cause('; ')}")
                 if now - told >= PERIOD:
                     told = now
-                    self._show(f"waits, {waited:.0f} of {patience:.0f} s: {self._cause() or given_up}" if given_up
+                    self._show(f"waits, {min(waited, patience):.0f} of {patience:.0f} s: "
+                               f"{self._cause() or given_up}" if given_up
                                else progress(pose, goal, now - start))
                 if not self.answers:
                     self._take_back()  # should it only be slow

@@ -15,6 +15,7 @@ from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
 from robotont_map_navigation.readings import Newest, needed_radius, place_of
 
 LAG = 0.08      # [s] from a command until the wheels of every robot folder, also with 8 kg, move at MOVES of it
+MAKERS = 0.2, 0.06  # LAG and LEAST of robots with their makers' firmware: it begins late, and creeps by fits and starts
 FELT = 0.14     # [s] without the motion that is commanded, after which something may hold the robot: it stands ...
 STAND = 0.5     # [s] ... for so long, and tries again; a stalled computer looks the same, once
 TRIES = 3       # such stands without FREE between them, and something holds the robot
@@ -37,8 +38,8 @@ class HoldWatch:
     this computer; `stamp`, when a twist was measured, on the same clock.
     """
 
-    def __init__(self, radius):
-        self._radius = radius
+    def __init__(self, radius, lag=LAG, least=LEAST):
+        self._radius, self._lag, self._least = radius, lag, least
         self._commands = deque([(-math.inf, NOTHING)], MOST_COMMANDS)  # (time, speeds [m/s]), the newest last
         self._measured = -math.inf, -math.inf  # (stamp, time of arrival) of the newest twist
         self._since = None                  # as above, since when the robot does not move as commanded
@@ -61,12 +62,10 @@ class HoldWatch:
             self._since = None
             return False, ""
         newest = self._commands[-1][1]
-        while len(self._commands) > 1 and self._commands[1][0] <= before[0] - LAG:
+        while len(self._commands) > 1 and self._commands[1][0] <= before[0] - self._lag:
             self._commands.popleft()  # the first one left is that which counted then
-        length = math.hypot(*newest) or 1.0  # [m/s]; a command of nothing asks for nothing
-        asked = min(_dot(speeds, newest) for _, speeds in self._commands) / length
-        moved = _dot(self._speeds(twist), newest) / length
-        if asked < LEAST or moved >= MOVES * asked:
+        length, moved = math.hypot(*newest), _along(newest, self._speeds(twist))
+        if not any(self._lags(part, newest, self._speeds(twist)) for part in (slice(2), slice(2, 3))):
             self._since = None
             self._way += max(0.0, moved) * step
             if self._way > FREE:
@@ -81,6 +80,11 @@ class HoldWatch:
                  f"it at {moved:.2f} m/s; look before it and at its wheels")
         return True, (words if self._tries == TRIES else "")
 
+    def _lags(self, part, newest, measured):
+        """Whether the way, or the turn, stays behind what has been commanded for `lag`: one may hide the other."""
+        asked = min(_along(newest[part], speeds[part]) for _, speeds in self._commands)
+        return asked >= self._least and _along(newest[part], measured[part]) < MOVES * asked
+
 
 class Held:
     """Where the robot does not move as navigation commands, `navigation/stand` lets it stand for a moment.
@@ -92,7 +96,9 @@ class Held:
 
     def __init__(self, frames, felt):
         """felt: `Felt`."""
-        self._frames, self._felt, self._watch = frames, felt, HoldWatch(needed_radius())
+        of_makers = rospy.get_param("serial_com_node/packets", "").startswith("robotont")  # robotont2, robotont3
+        self._frames, self._felt = frames, felt
+        self._watch = HoldWatch(needed_radius(), *(MAKERS if of_makers else ()))
         # where there is no mux to tell it is navigation
         self._driver = Newest("cmd_vel/driven_by", String, String("navigation"), tcp_nodelay=True)
         self._words, self._command = "", NOTHING
@@ -153,5 +159,6 @@ class Held:
         return ERROR if self._words else OK, self._words or "as commanded", {"driven by": self._driver.message.data}
 
 
-def _dot(one, other):
-    return sum(a * b for a, b in zip(one, other))
+def _along(way, speeds):
+    """[m/s] of speeds along a way; 0 along none."""
+    return sum(a * b for a, b in zip(way, speeds)) / (math.hypot(*way) or 1.0)

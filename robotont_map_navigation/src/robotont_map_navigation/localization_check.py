@@ -29,6 +29,7 @@ MISFIT = 0.4        # a fit's worth, below which more speaks against the pose th
 MISFIT_WAY = 1.5    # [m] ... and neither an obstacle nor a gap stays before a robot for so much driving
 MOVED = 0.8         # [m] by which a localization does not move a right pose ...
 MOVED_WAY = 5.0     # [m] ... in so much driving
+TURNED = 1e-3       # [rad] of the map's origin
 GOES_WELL = 60.0    # [s] after a jump, until which another one proves a wrong pose
 REMEDY = ("set the pose by RViz' 2D Pose Estimate, or let the robot look around: rosrun robotont_map_navigation "
           "relocalize")
@@ -167,6 +168,8 @@ class LocalizationCheck:
         explained, through = mean or (1.0, 0.0)
         return next((level, words) for applies, level, words in (
             (self.floor_map is None, WARN, "no map: does anybody publish it?"),
+            (self.floor_map and abs(self.floor_map.origin[2]) > TURNED, ERROR,
+             "the map's origin has a yaw, which move_base takes for 0: draw the map along its axes"),
             (silence <= SILENCE < unlaid, WARN, "the scan cannot be laid on the map: no transform leads to its frame"),
             (wrong, ERROR, f"{wrong}; {REMEDY}" + f" __ns:={own}" * (own != "/")),
             (silence > SILENCE, WARN,

@@ -56,11 +56,19 @@ def _around(pose, step, turn):
 
 
 def fit_nearby(floor_map, pose, rays, tolerance):
-    """The best `fit` at a pose or NEARLY there; None when too few rays show anything."""
+    """The best `fit` at a pose or NEARLY there; None when too few rays show anything.
+
+    One that ends where the map knows nothing, behind no wall and at none, proves nothing.
+    """
     count = sum(each.shape[1] for each in rays)
-    if count < FEWEST_RAYS:
+    ends, free = (each[:, ::1 + count // MOST_RAYS] for each in rays)
+    places = compose(pose, (*ends, 0.0))[:2]
+    nothing = floor_map.are_unknown(places) & ~floor_map.are_near_walls(places, tolerance)
+    if nothing.any():
+        nothing &= ~floor_map.are_behind_walls(pose[:2], places, tolerance)
+    rays, best = (ends[:, ~nothing], free), Fit(0.0, 1.0)
+    if sum(each.shape[1] for each in rays) < FEWEST_RAYS:
         return None
-    rays, best = [each[:, ::1 + count // MOST_RAYS] for each in rays], Fit(0.0, 1.0)
     for place in _around(pose, NEARLY, NEARLY):
         best = max(best, fit(floor_map, place, rays, tolerance, tolerance), key=lambda one: one.worth)
         if best.worth > GOOD:

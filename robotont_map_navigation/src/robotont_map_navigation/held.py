@@ -15,7 +15,7 @@ from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
 from robotont_map_navigation.readings import Newest, needed_radius, place_of
 
 LAG = 0.08      # [s] from a command until the wheels of every robot folder, also with 8 kg, move at MOVES of it
-MAKERS = 0.2, 0.06  # LAG and LEAST of robots with their makers' firmware: it begins late, and creeps by fits and starts
+MAKERS = 0.2, 0.08  # LAG and LEAST of robots with their makers' firmware: it begins late, and creeps by fits and starts
 FELT = 0.14     # [s] without the motion that is commanded, after which something may hold the robot: it stands ...
 STAND = 0.5     # [s] ... for so long, and tries again; a stalled computer looks the same, once
 TRIES = 3       # such stands without FREE between them, and something holds the robot

@@ -278,7 +278,7 @@ def test_without_a_router_the_word_of_who_presses_never_waits_for_room(monkeypat
         monkeypatch.setattr(fleet_node, name, Mock())
     monkeypatch.setattr(fleet_node, "zenoh", None)
     monkeypatch.setattr(fleet_node, "ros_home", lambda: tmp_path)
-    fleet_node.FleetNode({"robot_name": "r1", "router": ""})
+    fleet_node.FleetNode({"robot_name": "r1", "router": "tcp/127.0.0.1:7447"})
     hear, = fleet_node.RobotTelemetry.call_args[0][:1]
     rospy_thread = threading.Thread(target=lambda: [hear(None) for _ in range(fleet_node.WAITING + 2)], daemon=True)
     rospy_thread.start()

@@ -39,7 +39,7 @@ class Board:
         self.now = start
         self.dead = ""        # cause of the processor's halt
         self.executed = []    # (time, line) of every command to the motors that was obeyed
-        self.swallowed = []   # (time, line) of those that were not
+        self.swallowed = []   # (time, line) of lines that were not
         self.inversions = 0   # times that of two lines the older won
         self._incoming = deque()
         self._outgoing = []

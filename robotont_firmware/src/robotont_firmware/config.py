@@ -36,7 +36,7 @@ RUBBING = 76  # [1/10000 of the weight] by which rollers rub while the robot tur
 
 # Times.
 TIMEOUT = 480  # [ms] without a valid packet stop the motors
-BRAKING = 2000  # [ms] after the time-out or a fault the wheels are braked for this long, then released
+BRAKING = 2000  # [ms] after the time-out or a fault wheels are braked for so long at most, then released
 FAULT_HOLD = 500  # [ms] a fault stands for at least this long, and the fault pins must be quiet for it
 WATCHDOG = 300  # [ms] without a finished period: the board resets
 

@@ -178,7 +178,8 @@ def main():
     """Flash; return the exit status."""
     parser = ArgumentParser(prog="./robotont flash", description=__doc__)
     parser.add_argument("--port", help="serial port of the board (default: the only one of the ST-Link's USB vendor)")
-    parser.add_argument("--profile", help="how the board is wired; without it the profile that is on the board")
+    parser.add_argument("--profile", help="how the board is wired; without it the one that is on the board, as this "
+                        "clone has it")
     parser.add_argument("--yes", action="store_true", help="do not ask")
     parser.add_argument("--check", action="store_true", help="only say whether the profile can work: needs no board")
     parser.add_argument("--robot", metavar="NAME or FOLDER", help="with --check: whether it has its numbers, too")

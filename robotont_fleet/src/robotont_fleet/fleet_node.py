@@ -44,6 +44,7 @@ class FleetNode:
         try:
             keys.check_name(self.name)
             self._password = read_password(self._password_file)
+            keys.check_router(parameters["router"])
         except (ValueError, OSError) as error:
             refuse([str(error)])
         self._identity = secrets.token_hex(4)   # of this process: two robots of one name differ in it

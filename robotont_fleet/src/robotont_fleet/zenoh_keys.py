@@ -13,6 +13,12 @@ def check_name(name):
     return name
 
 
+def check_router(endpoint):
+    """Where a robot finds the fleet's router, as zenoh writes it. Raises ValueError."""
+    if not re.fullmatch(r"[a-z]+/\S+", endpoint):
+        raise ValueError(f"~router: found {endpoint!r}, allowed: tcp/ADDRESS:7447, or another endpoint of zenoh")
+
+
 def state_key(robot="*"):
     """What the robot says of itself, as JSON, twice a second, and behind an order or a press of a stop."""
     return f"{OWN}/{robot}/state"

@@ -84,7 +84,7 @@ class OdomNode:
         self._rate = Rate(time.monotonic())
         self._messages = OdometryMessages(parameters, wheels.amount)
         rospy.Service("reset_odometry", Trigger, self._on_reset)
-        rospy.Service("odom_reset", Empty, lambda _: self._on_reset(_) and EmptyResponse())  # the makers' name for it
+        rospy.Service("odom_reset", Empty, lambda _: self._on_reset(_) and EmptyResponse())  # as robotont_fake_driver
         self._read = topic("serial_read")
         self._read.subscribe(wheels.amount, self._on_packet)  # no queue_size: every packet counts
         subjects = {"wheel feedback": self._report, "stamps": self._report_stamps}

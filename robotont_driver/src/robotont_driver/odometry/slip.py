@@ -23,7 +23,7 @@ class SlipSearch:
 
     limit: [sigma] of a residual; 0: no search. `slipping`: the wheel that is excluded, or none. `alike`: those of which
     one slips; n: the gyro, so the robot is moved from outside. `slips`: n variances [edges^2] of a packet's paths then.
-    `lagging`: the one wheel that does not turn as commanded. `noise`: running variance over that by `wheel_noise`.
+    `lagging`: the wheel that does not turn as commanded. `noise`: running variance over that by `wheel_noise`.
     """
 
     def __init__(self, kinematics, period, wheel_noise, limit):
@@ -85,7 +85,7 @@ class SlipSearch:
         else:
             worst = int(np.argmax(abs(by_all.sum(axis=0)[:n])))
             # half the limit: the rest is FOLLOWED
-            self.lagging = (worst,) if self._beyond(2 * by_all)[worst] and _only_one_lags(values[-2:], worst, n) else ()
+            self.lagging = (worst,) if self._beyond(2 * by_all)[worst] and _others_do(values[-2:], worst, n) else ()
             freedom = n - 3 + (covariance[n, n] < UNKNOWN)
             if freedom and way.mean() > DRIVEN:
                 fit = min(OUTLIER, (path * sigmas / errors).sum() / freedom)  # 1 where `noise` is right
@@ -97,10 +97,10 @@ class SlipSearch:
         return (abs(sigmas) > self._limit) & (abs(sigmas - parts).min(axis=0) > LASTS * self._limit)
 
 
-def _only_one_lags(values, wheel, n):
-    """Whether the others do as commanded, unlike those of a robot that rolls on behind a stop, or that stands."""
-    path, asked = np.delete(values[:, :n], wheel, 1).sum(axis=0), np.delete(values[:, -n:], wheel, 1).sum(axis=0)
-    return abs(path - asked).sum() < abs(asked).sum() / 2
+def _others_do(values, wheel, n):
+    """Whether the others turn about as commanded, unlike a robot's that rolls on behind a stop, or stands."""
+    path, asked = (np.delete(abs(part.sum(axis=0)), wheel).sum() for part in (values[:, :n], values[:, -n:]))
+    return asked / 4 < path < 1.5 * asked
 
 
 def residuals(rows, values, covariance):

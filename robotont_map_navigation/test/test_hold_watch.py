@@ -71,7 +71,8 @@ def test_a_robot_that_does_not_move_as_commanded_stands_and_is_held_the_third_ti
 
 @pytest.mark.parametrize("commanded, measured", [((0.113, 0.0, -0.59), (0.027, 0.031, -0.28)),
                                                  ((0.285, 0.0, 1.0), (0.082, -0.107, 0.9)),
-                                                 ((0.3, 0.0, 0.4), (0.3, 0.0, 0.0))])
+                                                 ((0.3, 0.0, 0.4), (0.3, 0.0, 0.0)),
+                                                 ((0.033, 0.0, 0.18), (0.0, 0.0, 0.0))])
 def test_a_turn_does_not_hide_that_the_way_is_barred_nor_a_way_that_the_turn_is(commanded, measured):
     """As against somebody's back while a plan led around him."""
     stands, _ = verdicts(lambda now: commanded, lambda now: measured)

@@ -65,7 +65,7 @@ class HoldWatch:
         while len(self._commands) > 1 and self._commands[1][0] <= before[0] - self._lag:
             self._commands.popleft()  # the first one left is that which counted then
         length, moved = math.hypot(*newest), _along(newest, self._speeds(twist))
-        if not any(self._lags(part, newest, self._speeds(twist)) for part in (slice(2), slice(2, 3))):
+        if not any(self._lags(part, newest, self._speeds(twist)) for part in (slice(3), slice(2), slice(2, 3))):
             self._since = None
             self._way += max(0.0, moved) * step
             if self._way > FREE:
@@ -81,7 +81,7 @@ class HoldWatch:
         return True, (words if self._tries == TRIES else "")
 
     def _lags(self, part, newest, measured):
-        """Whether the way, or the turn, stays behind what has been commanded for `lag`: one may hide the other."""
+        """Whether the whole, the way, or the turn stays behind what has been commanded: one may hide the other."""
         asked = min(_along(newest[part], speeds[part]) for _, speeds in self._commands)
         return asked >= self._least and _along(newest[part], measured[part]) < MOVES * asked
 

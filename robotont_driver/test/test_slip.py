@@ -203,3 +203,12 @@ def test_a_robot_that_rolls_on_behind_a_stop_or_whose_board_stands_has_no_wheel_
     for packet, command in zip(packets.tolist(), units(base, asked).tolist()):
         finder.update(packet, command)
         assert not finder.lagging
+
+
+def test_a_wheel_that_turns_while_all_are_to_stand_is_named():
+    finder = search(physics.Base(3))
+    named = set()
+    for _ in range(200):
+        finder.update([20, 0, 0], [0, 0, 0])
+        named.add(finder.lagging)
+    assert named == {(), (0,)}

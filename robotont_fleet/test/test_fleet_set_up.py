@@ -16,7 +16,7 @@ def test_a_name_that_is_no_part_of_a_key_or_the_teachers_is_refused(name):
         keys.check_name(name)
 
 
-@pytest.mark.parametrize("router", ["", "192.168.1.5", "192.168.1.5:7447", "tcp/ 192.168.1.5"])
+@pytest.mark.parametrize("router", ["", "192.168.1.5", "192.168.1.5:7447", "tcp/192.168.1.5"])
 def test_a_router_that_is_no_endpoint_is_refused(router):
     with pytest.raises(ValueError, match="allowed: tcp/ADDRESS:7447"):
         keys.check_router(router)

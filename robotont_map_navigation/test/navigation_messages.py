@@ -88,8 +88,9 @@ class Monitor(TimedBus):
 
     base, map, odometry = "base_link", "map", "odom"
 
-    def __init__(self, monkeypatch):
+    def __init__(self, monkeypatch, parameters=()):
         super().__init__(monkeypatch)
+        self.parameters.update(parameters)
         self.places, self.reports, self.measured = {}, {}, None
         for module in localization_check, navigation_monitor, felt:
             monkeypatch.setattr(module, "RepeatingThread", lambda function: self.later(0.0, self._work, function))

@@ -69,14 +69,37 @@ def test_a_robot_that_does_not_move_as_commanded_stands_and_is_held_the_third_ti
     assert held < 2.0
 
 
+@pytest.mark.parametrize("commanded", [AHEAD, (0.0, -0.1, 0.0), (0.0, 0.0, 0.6), (0.3, 0.0, 0.4)])
+def test_a_robot_with_its_makers_firmware_is_held_later(commanded):
+    watch, stands = HoldWatch(0.19, *MAKERS), []
+    for look in range(300):
+        watch.command(commanded, look * PERIOD)
+        stand, held = watch.measure(REST, look * PERIOD, look * PERIOD)
+        stands += [look * PERIOD] if stand else []
+        if held:
+            break
+    assert len(stands) == TRIES
+    assert LAG + FELT < stands[0] < 0.5
+
+
 @pytest.mark.parametrize("commanded, measured", [((0.113, 0.0, -0.59), (0.027, 0.031, -0.28)),
                                                  ((0.285, 0.0, 1.0), (0.082, -0.107, 0.9)),
                                                  ((0.3, 0.0, 0.4), (0.3, 0.0, 0.0)),
                                                  ((0.033, 0.0, 0.18), (0.0, 0.0, 0.0))])
 def test_a_turn_does_not_hide_that_the_way_is_barred_nor_a_way_that_the_turn_is(commanded, measured):
     """As against somebody's back while a plan led around him."""
-    stands, _ = verdicts(lambda now: commanded, lambda now: measured)
+    stands, held = verdicts(lambda now: commanded, lambda now: measured)
     assert len(stands) == TRIES
+    assert held
+
+
+def test_the_words_tell_the_part_that_is_held():
+    watch, words = HoldWatch(0.19), ""
+    for look in range(200):
+        watch.command((0.3, 0.0, 0.4), look * PERIOD)
+        words = words or watch.measure((0.3, 0.0, 0.0), look * PERIOD, look * PERIOD)[1]
+    assert "it was to move at 0.08 m/s, and its wheels moved it at 0.00 m/s" in words
+    assert watch.turn_alone
 
 
 def reversal(now):
@@ -124,6 +147,18 @@ def command_ahead(monitor, seconds, pose=REST, measured=REST):
         monitor.measured = transform("odom", "base_link", *pose)
         monitor.measured.header.stamp = rospy.Time.now()
         monitor.sleep(PERIOD)
+
+
+@pytest.mark.parametrize("name, board, early", [
+    ("serial_com_node/packets", "robotont3", 0), ("robot", "robotont2", 0), ("robot", "robotont21", 1)])
+def test_a_makers_board_is_known_by_its_name(monkeypatch, name, board, early):
+    monitor = Monitor(monkeypatch, {name: board})
+    monitor.connections["scan"] = 0
+    monitor.hear("cmd_vel/driven_by", String("navigation"))
+    command_ahead(monitor, 0.38)
+    assert len(monitor.sent["navigation/stand"]) == early
+    command_ahead(monitor, 0.14)
+    assert len(monitor.sent["navigation/stand"]) == 1
 
 
 def test_what_holds_the_robot_ends_navigations_goals_and_a_new_one_tries_again(monkeypatch):
@@ -209,7 +244,7 @@ def drive(name, seed, mass, seconds):
     twist, record = REST, []
     run.hold(REST, 0.4)
     while len(record) < seconds / PERIOD:
-        target = draw.choice([(draw.uniform(0.1, 0.4), 0.0, draw.uniform(-1.0, 1.0)), (0.05, 0.0, 0.0), REST,
+        target = draw.choice([(draw.uniform(0.05, 0.4), 0.0, draw.uniform(-1.0, 1.0)), (0.05, 0.0, 0.0), REST,
                               (0.0, 0.0, draw.choice([-1, 1]) * draw.uniform(0.3, 1.0))])
         for _ in range(draw.randint(5, 100)):
             twist = limit_acceleration(twist, target, PERIOD, LIMITS) if any(target) else REST

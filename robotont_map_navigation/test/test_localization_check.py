@@ -115,7 +115,8 @@ def test_a_map_whose_origin_is_turned_is_told(monitor):
     turned = grid(walled(42, 122), -3.05, -1.05)
     turned.info.origin.orientation = Quaternion(z=math.sin(0.25), w=math.cos(0.25))
     monitor.hear("map", turned)
-    level, words, _ = monitor.look()
+    monitor.stand(-2.2, 0.55, 0.3)
+    level, words, _ = monitor.look(np.full(90, math.nan))
     assert (level, words[:33]) == (ERROR, "the map's origin has a yaw, which")
 
 

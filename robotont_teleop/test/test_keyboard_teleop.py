@@ -89,8 +89,7 @@ def test_where_nobody_listens_the_line_says_what_to_do(keys, monkeypatch):
     monkeypatch.setattr(keyboard_teleop.rospy, "resolve_name", "/robot1/{}".format)
     keys.connections["cmd_vel/hand"] = 0
     keys.type()
-    assert keys.line == "no cmd_vel_mux on /robot1/cmd_vel/hand yet: Esc and keys again, keys __ns:=/NAME, " \
-        "or teleop.launch start_mux:=true"
+    assert keys.line == "no mux hears /robot1/cmd_vel/hand: keys again, keys __ns:=/NAME, or start_mux:=true"
     for count in (0, 1):
         keys.connections["cmd_vel/hand"] = count
         keys.type(" ")

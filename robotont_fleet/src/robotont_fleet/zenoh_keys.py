@@ -15,8 +15,8 @@ def check_name(name):
 
 def check_router(endpoint):
     """Where a robot finds the fleet's router, as zenoh writes it. Raises ValueError."""
-    if not re.fullmatch(r"[a-z]+/\S+", endpoint):
-        raise ValueError(f"~router: found {endpoint!r}, allowed: tcp/ADDRESS:7447, or another endpoint of zenoh")
+    if not re.fullmatch(r"(tcp|tls|quic|udp|ws)/\S+:\d+", endpoint):
+        raise ValueError(f"~router: found {endpoint!r}, allowed: tcp/ADDRESS:7447, as zenoh writes it")
 
 
 def state_key(robot="*"):

@@ -14,7 +14,7 @@ from robotont_driver.kinematics.se2 import between
 from robotont_driver.ros.diagnostics import ERROR, OK, Health, robot_name
 from robotont_map_navigation.readings import Newest, needed_radius, place_of
 
-LAG = 0.08      # [s] from a command until the wheels of every robot folder, also with 8 kg, move at MOVES of it
+LAG = 0.08      # [s] from a command until the wheels of robots with our firmware, also with 8 kg, move at MOVES of it
 MAKERS = 0.2, 0.08  # LAG and LEAST of robots with their makers' firmware: it begins late, and creeps by fits and starts
 FELT = 0.14     # [s] without the motion that is commanded, after which something may hold the robot: it stands ...
 STAND = 0.5     # [s] ... for so long, and tries again; a stalled computer looks the same, once
@@ -25,6 +25,7 @@ MOVES = 0.4     # of the commanded motion at least
 SILENCE = 0.5   # [s] without a measured twist or a command, and nothing is known
 MOST_COMMANDS = 1000  # that are kept where no twist comes
 NOTHING = 0.0, 0.0, 0.0
+WAY, TURN, WHOLE = slice(2), slice(2, 3), slice(3)  # of a twist
 # [rad] from the direction of travel, where it may be: so little that a camera at the front sees past it, or no scan
 # would ever clear it
 FRONT = -0.1, 0.0, 0.1
@@ -34,12 +35,13 @@ PASSED = 0.05, 5.0  # [m] driven, or [s] gone by, since a touch, after which not
 class HoldWatch:
     """Compares what is commanded with what the wheels measure; without ROS.
 
-    radius: [m] from the middle to the wheels. Twists are (v_x [m/s], v_y [m/s], omega [rad/s]). Times [s]: `now`, of
-    this computer; `stamp`, when a twist was measured, on the same clock.
+    radius: [m] from the middle to the wheels; lag [s], least [m/s]: LAG, LEAST. Twists are (v_x [m/s], v_y [m/s],
+    omega [rad/s]). Times [s]: `now`, of this computer; `stamp`, when a twist was measured, on the same clock.
     """
 
     def __init__(self, radius, lag=LAG, least=LEAST):
-        self._radius, self._lag, self._least = radius, lag, least
+        self._radius, self._lag, self.least = radius, lag, least
+        self.turn_alone = False             # whether at the newest stand the way was as commanded
         self._commands = deque([(-math.inf, NOTHING)], MOST_COMMANDS)  # (time, speeds [m/s]), the newest last
         self._measured = -math.inf, -math.inf  # (stamp, time of arrival) of the newest twist
         self._since = None                  # as above, since when the robot does not move as commanded
@@ -64,16 +66,19 @@ class HoldWatch:
         newest = self._commands[-1][1]
         while len(self._commands) > 1 and self._commands[1][0] <= before[0] - self._lag:
             self._commands.popleft()  # the first one left is that which counted then
-        length, moved = math.hypot(*newest), _along(newest, self._speeds(twist))
-        if not any(self._lags(part, newest, self._speeds(twist)) for part in (slice(3), slice(2), slice(2, 3))):
+        measured = self._speeds(twist)
+        lagging = [part for part in (WAY, TURN, WHOLE) if self._lags(part, newest, measured)]
+        if not lagging:
             self._since = None
-            self._way += max(0.0, moved) * step
+            self._way += max(0.0, _along(newest, measured)) * step
             if self._way > FREE:
                 self._tries = 0
             return False, ""
         self._since = self._since or (before[0], now)  # the stamp's whole step was without motion; its news is new
         if min(stamp - self._since[0], now - self._since[1]) < FELT:
             return False, ""
+        part, self.turn_alone = lagging[0], lagging[0] == TURN
+        length, moved = math.hypot(*newest[part]), _along(newest[part], measured[part])
         self._since, self._stands_until = None, now + STAND
         self._tries, self._way = self._tries % TRIES + 1, 0.0
         words = (f"something holds the robot: {TRIES} times it was to move at {length:.2f} m/s, and its wheels moved "
@@ -83,7 +88,7 @@ class HoldWatch:
     def _lags(self, part, newest, measured):
         """Whether the whole, the way, or the turn stays behind what has been commanded: one may hide the other."""
         asked = min(_along(newest[part], speeds[part]) for _, speeds in self._commands)
-        return asked >= self._least and _along(newest[part], measured[part]) < MOVES * asked
+        return asked >= self.least and _along(newest[part], measured[part]) < MOVES * asked
 
 
 class Held:
@@ -96,7 +101,8 @@ class Held:
 
     def __init__(self, frames, felt):
         """felt: `Felt`."""
-        of_makers = rospy.get_param("serial_com_node/packets", "").startswith("robotont")  # robotont2, robotont3
+        board = rospy.get_param("serial_com_node/packets", rospy.get_param("robot", ""))  # driver_basic.launch: robot
+        of_makers = board in ("robotont2", "robotont3")
         self._frames, self._felt = frames, felt
         self._watch = HoldWatch(needed_radius(), *(MAKERS if of_makers else ()))
         # where there is no mux to tell it is navigation
@@ -134,7 +140,7 @@ class Held:
         now = time.monotonic()
         age = max(0.0, rospy.get_time() - stamp)  # another computer's clock may be ahead
         lost = complex(*self._command[:2]) - complex(*measured[:2])  # [m/s]: towards what holds the robot ...
-        lost *= abs(lost) > LEAST  # ... if it is not a turn that is held
+        lost *= abs(lost) > self._watch.least and not self._watch.turn_alone  # ... if it is not a turn that is held
         stand, words = self._watch.measure(measured, now - age, now)
         place, turned = complex(x, y), cmath.rect(1.0, yaw)
         if stand:

@@ -164,14 +164,14 @@ class LocalizationCheck:
         """(level, message) of the diagnostics."""
         own = rospy.get_namespace()
         silence, unlaid = (time.monotonic() - since for since in (self._scan.came, self._laid))
-        found = _explains(mean) if mean else "nothing to compare yet, or the scan shows nothing"
+        found = _explains(mean) if mean else "nothing to compare yet, or nothing is seen where the map knows something"
         explained, through = mean or (1.0, 0.0)
         return next((level, words) for applies, level, words in (
             (self.floor_map is None, WARN, "no map: does anybody publish it?"),
-            (self.floor_map and abs(self.floor_map.origin[2]) > TURNED, ERROR,
-             "the map's origin has a yaw, which move_base takes for 0: draw the map along its axes"),
             (silence <= SILENCE < unlaid, WARN, "the scan cannot be laid on the map: no transform leads to its frame"),
             (wrong, ERROR, f"{wrong}; {REMEDY}" + f" __ns:={own}" * (own != "/")),
+            (self.floor_map and abs(self.floor_map.origin[2]) > TURNED, ERROR,
+             "the map's origin has a yaw, which move_base takes for 0: draw the map along its axes"),
             (silence > SILENCE, WARN,
              f"no scan for {silence:.0f} s: does its sensor run? Navigation through cmd_vel_mux stands until it comes"
              if self._has_sensor() else "no scan yet: does its sensor run? Navigation does not see"),

@@ -106,8 +106,8 @@ def _install(options):
             for part in os.environ.get(name, "").split(":") if os.path.isdir(part)]
     closed = installation.unreadable(used)
     if closed:
-        print(f"install-robot: the services' user may not enter {closed}: sudo chmod o+x {closed} (of the workspace "
-              "itself: sudo chmod -R o+rX), or move the workspace to /opt", file=sys.stderr)
+        print(f"install-robot: the services' user may not enter {closed}: sudo chmod o+x {closed} (and it reads "
+              "the workspace: sudo chmod -R o+rX FOLDER), or move the workspace to /opt", file=sys.stderr)
         return 1
     model = importlib.util.find_spec("xacro") is not None
     templates = Path(rospkg.RosPack().get_path("robotont_operations")) / "install"

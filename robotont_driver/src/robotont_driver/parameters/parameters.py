@@ -82,7 +82,8 @@ def _as_number(found):
     for part in found if isinstance(found, list) else [found]:
         with contextlib.suppress(ValueError):
             if isinstance(part, str) and math.isfinite(float(part)):
-                return f"; {shown(part)} is a text to YAML, write {yaml.safe_dump(float(part)).split()[0]}"
+                number = int(float(part)) if float(part).is_integer() else float(part)
+                return f"; {shown(part)} is a text to YAML, write {yaml.safe_dump(number).split()[0]}"
     return ""
 
 

@@ -131,8 +131,7 @@ class KeyboardTeleop:
         if self._stop.pressed:
             pass  # nothing hides it
         elif not self._command.get_num_connections():  # a robot that was started anew has another master
-            line = (f"no cmd_vel_mux on {rospy.resolve_name(TOPIC)} yet: Esc and keys again, keys __ns:=/NAME, "
-                    "or teleop.launch start_mux:=true")
+            line = f"no mux hears {rospy.resolve_name(TOPIC)}: keys again, keys __ns:=/NAME, or start_mux:=true"
         elif self._unknown and self._sent == STOP:
             line = "this key does nothing: another keyboard layout? Use the letters above, or arrows"
         columns = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else 0

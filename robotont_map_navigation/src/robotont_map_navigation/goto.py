@@ -14,7 +14,8 @@ from robotont_map_navigation.tool import run_tool
 
 EXIT_STATUS = """exit status: 0 reached; 1 got nowhere; 2 wrong arguments; 3 no move_base, or it died; 4 cancelled by
 somebody, another goal or an emergency stop; 6 refused: the map has no room there, or an emergency stop is pressed;
-7 as near as possible, but not there; 8 the robot does not know where it is; 130 Ctrl-C (the goal is cancelled first)"""
+7 as near as possible (with a default_tolerance); 8 the robot does not know where it is; 130 Ctrl-C (the goal is
+cancelled first)"""
 
 
 def _number(least, most, allowed):

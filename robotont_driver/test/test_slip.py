@@ -212,3 +212,15 @@ def test_a_wheel_that_turns_while_all_are_to_stand_is_named():
         finder.update([20, 0, 0], [0, 0, 0])
         named.add(finder.lagging)
     assert named == {(), (0,)}
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.8])
+@pytest.mark.parametrize("twist", [(0.4, 0.0, 0.0), (0.0, 0.4, 0.0), (0.2, 0.1, 1.0)])
+def test_where_all_wheels_are_too_slow_none_is_named(share, twist):
+    """A weak battery, a carpet."""
+    base, finder = physics.Base(3), search(physics.Base(3))
+    twists = np.tile(twist, (1, 200, 1))
+    packets = physics.encoders(np.random.default_rng(1), base, share * twists, SMOOTH, slip=np.ones((1, 200, 3)))[0]
+    for packet, command in zip(packets.tolist(), units(base, twists[0]).tolist()):
+        finder.update(packet, command)
+        assert not finder.lagging

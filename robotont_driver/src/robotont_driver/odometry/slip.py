@@ -101,7 +101,7 @@ def _others_do(values, wheel, n):
     """Whether the others turn about as commanded, or stand as such, unlike a robot's that rolls on, or stands."""
     paths, commands = (abs(part.sum(axis=0)) for part in (values[:, :n], values[:, -n:]))
     path, asked = (np.delete(part, wheel).sum() for part in (paths, commands))
-    return asked / 4 < path < 1.5 * asked or path + asked < paths[wheel] / 10
+    return 0.85 * asked < path < 1.5 * asked or path + asked < paths[wheel] / 10
 
 
 def residuals(rows, values, covariance):

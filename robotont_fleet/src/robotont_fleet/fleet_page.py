@@ -178,9 +178,9 @@ def main():
         if options.add:
             users = add_users(users_file, options.add)
             for name in options.add:
-                print(f"on {name}: umask 077; "
+                print(f"on {name}: (umask 077; "
                       'd="${ROS_HOME:-$HOME/.ros}"; mkdir -p "$d"; '
-                      f'echo {users[name]} >"$d/robotont_fleet_password"')
+                      f'echo {users[name]} >"$d/robotont_fleet_password")')
             print("where ./robotont starts the robot (sim, shell): in ./robotont shell; where it starts at boot: as "
                   "./robotont install-robot --fleet says\na fleet that runs takes them when it is started again")
             return 0

@@ -21,6 +21,7 @@ def test_a_router_that_is_no_endpoint_is_refused(router):
     with pytest.raises(ValueError, match="allowed: tcp/ADDRESS:7447"):
         keys.check_router(router)
     keys.check_router("tcp/192.168.1.5:7447")
+    keys.check_router("tcp/[fe80::1]:7447#iface=eth0")
 
 
 def test_each_robot_gets_its_own_keys_only(tmp_path):

@@ -151,8 +151,12 @@ def command_ahead(monitor, seconds, pose=REST, measured=REST):
 
 @pytest.mark.parametrize("name, board, early", [
     ("serial_com_node/packets", "robotont3", 0), ("robot", "robotont2", 0), ("robot", "robotont21", 1)])
-def test_a_makers_board_is_known_by_its_name(monkeypatch, name, board, early):
-    monitor = Monitor(monkeypatch, {name: board})
+@pytest.mark.parametrize("first", [True, False])
+def test_a_makers_board_is_known_by_its_name(monkeypatch, name, board, early, first):
+    """Also where the robot starts behind navigation."""
+    monitor = Monitor(monkeypatch, {name: board} if first else {})
+    monitor.parameters[name] = board
+    monitor.hear("move_base/current_goal", PoseStamped())
     monitor.connections["scan"] = 0
     monitor.hear("cmd_vel/driven_by", String("navigation"))
     command_ahead(monitor, 0.38)

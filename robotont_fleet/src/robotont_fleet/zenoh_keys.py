@@ -15,7 +15,7 @@ def check_name(name):
 
 def check_router(endpoint):
     """Where a robot finds the fleet's router, as zenoh writes it. Raises ValueError."""
-    if not re.fullmatch(r"(tcp|tls|quic|udp|ws)/\S+:\d+", endpoint):
+    if not re.fullmatch(r"(tcp|tls|quic|udp|ws)/\S+:\d+\S*", endpoint):
         raise ValueError(f"~router: found {endpoint!r}, allowed: tcp/ADDRESS:7447, as zenoh writes it")
 
 

@@ -1,6 +1,7 @@
 """Where something holds the robot, navigation stands, and then its goal ends: it must not push what it does not see."""
 
 import cmath
+import contextlib
 import math
 import time
 from collections import deque
@@ -40,7 +41,7 @@ class HoldWatch:
     """
 
     def __init__(self, radius, lag=LAG, least=LEAST):
-        self._radius, self._lag, self.least = radius, lag, least
+        self._radius, self.lag, self.least = radius, lag, least
         self.turn_alone = False             # whether at the newest stand the way was as commanded
         self._commands = deque([(-math.inf, NOTHING)], MOST_COMMANDS)  # (time, speeds [m/s]), the newest last
         self._measured = -math.inf, -math.inf  # (stamp, time of arrival) of the newest twist
@@ -64,7 +65,7 @@ class HoldWatch:
             self._since = None
             return False, ""
         newest = self._commands[-1][1]
-        while len(self._commands) > 1 and self._commands[1][0] <= before[0] - self._lag:
+        while len(self._commands) > 1 and self._commands[1][0] <= before[0] - self.lag:
             self._commands.popleft()  # the first one left is that which counted then
         measured = self._speeds(twist)
         lagging = [part for part in (WAY, TURN, WHOLE) if self._lags(part, newest, measured)]
@@ -101,10 +102,7 @@ class Held:
 
     def __init__(self, frames, felt):
         """felt: `Felt`."""
-        board = rospy.get_param("serial_com_node/packets", rospy.get_param("robot", ""))  # driver_basic.launch: robot
-        of_makers = board in ("robotont2", "robotont3")
-        self._frames, self._felt = frames, felt
-        self._watch = HoldWatch(needed_radius(), *(MAKERS if of_makers else ()))
+        self._frames, self._felt, self._watch = frames, felt, HoldWatch(needed_radius(), *lag_and_least())
         # where there is no mux to tell it is navigation
         self._driver = Newest("cmd_vel/driven_by", String, String("navigation"), tcp_nodelay=True)
         self._words, self._command = "", NOTHING
@@ -116,8 +114,14 @@ class Held:
         self._cancel = rospy.Publisher("move_base/cancel", GoalID, queue_size=1)
         self._seen = 0.0, NOTHING  # stamp [s] and pose in the odometry's frame, of the newest look
         rospy.Subscriber("cmd_vel/limited", Twist, self._on_command, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber("move_base/current_goal", PoseStamped, lambda _: self._tell(""), queue_size=1)  # tries anew
+        rospy.Subscriber("move_base/current_goal", PoseStamped, self._on_goal, queue_size=1)
         Health(robot_name(), {"motion": self._report})
+
+    def _on_goal(self, _):
+        """Try anew; the robot may have been started since, or be another one."""
+        self._tell("")
+        with contextlib.suppress(OSError, rospy.ROSException):  # the master is gone
+            self._watch.lag, self._watch.least = lag_and_least()
 
     def _on_command(self, message):
         drives = self._driver.message.data == "navigation"
@@ -163,6 +167,12 @@ class Held:
 
     def _report(self):
         return ERROR if self._words else OK, self._words or "as commanded", {"driven by": self._driver.message.data}
+
+
+def lag_and_least():
+    """Of the robot that the parameters tell of."""
+    board = rospy.get_param("serial_com_node/packets", rospy.get_param("robot", ""))  # driver_basic.launch: robot
+    return MAKERS if board in ("robotont2", "robotont3") else (LAG, LEAST)
 
 
 def _along(way, speeds):

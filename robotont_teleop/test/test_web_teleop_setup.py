@@ -1,6 +1,7 @@
 """What the page's node makes of its parameters before it serves: certificate, QR code, names."""
 
 import contextlib
+import socket
 import ssl
 import subprocess
 from unittest import mock
@@ -10,7 +11,15 @@ import pytest
 from PIL import Image
 
 from robotont_teleop.web.access import Access
-from robotont_teleop.web.page_setup import LIGHT_ON_BLACK, RESET, SetUpError, host_names, invitation, make_tls
+from robotont_teleop.web.page_setup import (
+    LIGHT_ON_BLACK,
+    RESET,
+    SetUpError,
+    host_names,
+    invitation,
+    make_tls,
+    own_address,
+)
 from robotont_teleop.web.web_teleop_node import report
 from robotont_testing.harness import tool_module, wait_for
 
@@ -71,3 +80,11 @@ def test_names_under_which_browsers_may_come():
         names = host_names(" Robot.Example ,second")
         wait_for(lambda: "robot7.lab.example" in names, "the full name")
     assert names == {"robot.example", "second", "robot7", "robot7.local", "robot7.lab.example"}
+
+
+def test_a_robot_on_its_own_access_point_without_a_default_route_shows_its_address(tmp_path, monkeypatch):
+    (tmp_path / "hostname").write_text("#!/bin/sh\necho '10.42.0.1 192.168.7.2 '\n")
+    (tmp_path / "hostname").chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    monkeypatch.setattr(socket.socket, "connect", mock.Mock(side_effect=OSError("Network is unreachable")))
+    assert own_address() == "10.42.0.1"

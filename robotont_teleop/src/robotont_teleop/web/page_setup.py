@@ -4,6 +4,7 @@ import io
 import os
 import socket
 import ssl
+import subprocess
 import sys
 import threading
 from pathlib import Path
@@ -68,8 +69,9 @@ def own_address():
         try:
             probe.connect(("192.0.2.1", 9))  # sends nothing
             return probe.getsockname()[0]
-        except OSError:
-            return socket.gethostname()
+        except OSError:  # no default route, as on a robot's own access point
+            told = subprocess.run(["hostname", "-I"], stdout=subprocess.PIPE, text=True, check=False)
+            return (told.stdout.split() or [socket.gethostname()])[0]
 
 
 def page_url(address, port, tls):

@@ -41,7 +41,7 @@ class Bench:
         self.pass_on = lambda data: data
         self.arrival = lambda now: now  # [s] when what the board sends now is read
         self.now = 0.0
-        self.counts = []
+        self.counts, self.twists = [], []
         self.sent = []   # (time, line)
         self.commanded = None
         self._repeat_at = math.inf
@@ -69,7 +69,8 @@ class Bench:
             if data:
                 for counts in self.protocol.feed(data, self.arrival(self.now)):
                     self.counts.append(counts)
-                    self.odometry.update(counts, 0.0)
+                    self.odometry.update(counts, 0.0, periods=counts.periods)
+                    self.twists.append(self.odometry.twist)
 
     def hold(self, twist, seconds):
         """Command one twist for a time."""

@@ -78,13 +78,18 @@ class TestPlainPackets:
 
     @pytest.mark.parametrize("number", [None, 0, 1234, 10 ** 14])
     @pytest.mark.parametrize("commanded", [None, Packet((1.5, -2, 0.25), "1.5:-2:0.25;\n")])
-    def test_number_and_command_are_told_and_read_behind_the_semicolon(self, number, commanded):
-        text = Packet((1, -2, 3), number=number, commanded=commanded).told()
-        assert text == f"1:-2:3;{'' if number is None else number}{';1.5:-2:0.25;' if commanded else ''}\n"
+    @pytest.mark.parametrize("periods", [1.0, 1.25])
+    def test_number_command_and_periods_are_told_and_read_behind_the_semicolon(self, number, commanded, periods):
+        packet = Packet((1, -2, 3), number=number, commanded=commanded)
+        packet.periods = periods
+        text = packet.told()
+        more = (";1.5:-2:0.25;" if commanded else ";" * (periods != 1.0)) + "1.250" * (periods != 1.0)
+        assert text == f"1:-2:3;{'' if number is None else number}{more}\n"
         for words in (text, text.strip()):
             again = parse_packet(words, 3)
             assert (again, again.number, again.text) == ((1, -2, 3), number, "1:-2:3;\n")
             assert again.commanded == (commanded and [*commanded])
+            assert again.periods == periods
 
     def test_a_command_of_other_wheels_is_none(self):
         assert parse_packet("1:2:3;5;1:2;\n", 3).commanded is None

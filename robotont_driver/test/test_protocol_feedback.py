@@ -62,6 +62,15 @@ def test_generation_3_loses_millimetres_where_its_pose_is_late_by_its_display(lo
     assert math.sqrt(np.mean(np.square(off))) <= rms
 
 
+def test_generation_3_reports_a_steady_speed_although_a_tenth_of_its_periods_is_longer():
+    bench = Bench("robotont3")
+    bench.hold((0.2, 0.0, 0.0), 20.0)
+    longer = np.array([packet.periods > 1.2 for packet in bench.counts[100:]])
+    speeds = np.array(bench.twists[100:])[:, 0]
+    assert longer.mean() == pytest.approx(0.1, abs=0.01)
+    assert [speeds[longer].mean(), speeds[~longer].mean()] == pytest.approx([0.2, 0.2], abs=0.01)
+
+
 def line_noise(lines, bytes_):
     """Loses a share of whole lines, replaces a share of bytes."""
     chance, rest = random.Random(1), b""

@@ -99,7 +99,7 @@ class OdomNode:
             arrival, now = read_clocks()
             stamp = self._clock.stamp(arrival, now, packet.number)
             elapsed = 0.0 if self._arrived is None else (arrival - self._arrived) / 1e9
-            odometry.update(packet, elapsed, stamp, search and search.slips)
+            odometry.update(packet, elapsed, stamp, search and search.slips, packet.periods)
             pose = odometry.pose
             self._arrived = arrival
             self._packets += 1

@@ -172,10 +172,11 @@ class WheelOdometry:
         end = self._end_covariance.plus(self._pending) if self._gyro else self._end_covariance
         return self.pose.covariance.plus(end.propagated((cos, -sin, 0.0), (sin, cos, 0.0)))
 
-    def update(self, counts, elapsed, stamp=0, slips=None):
+    def update(self, counts, elapsed, stamp=0, slips=None, periods=1.0):
         """Take one packet, n counts, or speeds [edges per PID period] `elapsed` [s] after the one before.
 
         stamp: [ns] on a gyro's clock. slips: n variances [edges^2] of wheels that may slip.
+        periods: that the packet stands for.
         """
         step, covariance = self._step(counts, slips)
         lasting = NO_LASTING
@@ -194,9 +195,10 @@ class WheelOdometry:
             held = [edges * share for edges in self._held]
             self._move(held, *self._step(held))
             self._held = counts
-        self.twist = [length * self._rate for length in step]
-        self.twist_covariance = covariance.plus(self._path_covariance).times(self._rate ** 2)
-        factor = self._radians_per_edge * self._rate
+        rate = self._rate / periods
+        self.twist = [length * rate for length in step]
+        self.twist_covariance = covariance.plus(self._path_covariance).times(rate ** 2)
+        factor = self._radians_per_edge * rate
         self.wheel_rates = [edges * factor for edges in counts]
 
     def _step(self, edges, slips=None):

@@ -170,7 +170,7 @@ class Robotont2(Protocol):
             if each is line or largest(self._board_wheels.edges(rough)) < SMOOTH * loops * self._most:
                 steps += self._trust(each, came, more)
         self._waiting = []
-        return [Packet([round(edge, DECIMALS) for edge in each], format_packet(each, DECIMALS)) for each in steps]
+        return steps
 
     def _follows(self, before, line):
         """Whether the pose has moved from `before` to `line` by its twist, in either frame, in one period."""
@@ -204,7 +204,7 @@ class Robotont2(Protocol):
         return min(max(1, round((now - self._last[1]) / PERIOD / self._mean)), MOST_LOST)
 
     def _trust(self, line, now, steps):
-        """List of edges of the steps, one per loop, up to a line that is the newest trusted one now."""
+        """List of `Packet`, one per loop, up to a line that is the newest trusted one now."""
         at = self._last[1]
         lengths = self._lengths_of(len(steps), (now - at) / PERIOD / len(steps))
         made = at + sum(lengths) * PERIOD
@@ -212,7 +212,14 @@ class Robotont2(Protocol):
         too_many = max(0, round((made - now) / PERIOD))  # loops: nothing arrives before it is made
         self._place = (self._place - too_many) % LOOPS
         self.repaired += len(steps) - 1
-        return [[edge * length for edge in self._board_wheels.edges(step)] for step, length in zip(steps, lengths)]
+        return [self._packet(step, length) for step, length in zip(steps, lengths)]
+
+    def _packet(self, step, length):
+        """The `Packet` of a step that the board has counted for one period, and that took `length` of them."""
+        edges = [edge * length for edge in self._board_wheels.edges(step)]
+        packet = Packet([round(edge, DECIMALS) for edge in edges], format_packet(edges, DECIMALS))
+        packet.periods = length
+        return packet
 
     def _lengths_of(self, loops, passed):
         """[periods] that each of the next `loops` takes; passed: by the arrivals, which show the longer one."""

@@ -7,7 +7,7 @@ from robotont_driver.protocol.protocol import LONGEST_LINE, Packet, PacketError,
 # far more than any motor can make, and few enough digits for every sum and square to stay finite
 _NUMBER = r"-?[0-9]{1,7}(?:\.[0-9]{1,9})?"
 _NUMBERS = rf"({_NUMBER}(?::{_NUMBER})*);"
-_PLAIN = re.compile(rf"{_NUMBERS}(?:([0-9]{{1,15}})?(?:;{_NUMBERS})?\n?\Z)?")
+_PLAIN = re.compile(rf"{_NUMBERS}(?:([0-9]{{1,15}})?(?:;(?:{_NUMBERS})?([0-9]\.[0-9]{{3}})?)?\n?\Z)?")
 
 
 def parse_packet(text, wheels):
@@ -18,10 +18,12 @@ def parse_packet(text, wheels):
     fields = match.group(1).split(":") if match else ()
     if len(fields) != wheels:
         raise _explain(text, wheels)
-    values, number, commanded = match.groups()
+    values, number, commanded, periods = match.groups()
     commanded = commanded.split(":") if commanded else ()
-    return Packet(map(float, fields), values + ";\n", number and int(number),
-                  list(map(float, commanded)) if len(commanded) == wheels else None)
+    packet = Packet(map(float, fields), values + ";\n", number and int(number),
+                    list(map(float, commanded)) if len(commanded) == wheels else None)
+    packet.periods = float(periods or 0.0) or 1.0
+    return packet
 
 
 def _explain(text, wheels):

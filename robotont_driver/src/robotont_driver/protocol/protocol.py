@@ -26,8 +26,11 @@ class Packet(tuple):
     r"""The values [units] of a packet, one per wheel, and its `text`, `m0:m1:...;\\n`, which writes them.
 
     `number`: None, or that of its period on the board: it counts periods without a gap, lost ones included, and begins
-    anew when the board does. `commanded`: None, or the units that the board was to follow then.
+    anew when the board does. `commanded`: None, or the units that the board was to follow then. `periods`: how many
+    it stands for.
     """
+
+    periods = 1.0
 
     def __new__(cls, values, text=None, number=None, commanded=None):
         """From values; without `text` they are written as whole numbers."""
@@ -37,9 +40,11 @@ class Packet(tuple):
         return packet
 
     def told(self):
-        """Text with number and command behind the semicolon, where a reader of plain packets stops."""
+        """Text with number, command and periods behind the semicolon, where a reader of plain packets stops."""
         number = "" if self.number is None else self.number
-        return f"{self.text[:-1]}{number};{self.commanded.text}" if self.commanded else f"{self.text[:-1]}{number}\n"
+        command = ";" + self.commanded.text[:-1] if self.commanded else ""
+        periods = "" if self.periods == 1.0 else f"{'' if command else ';'}{self.periods:.3f}"
+        return f"{self.text[:-1]}{number}{command}{periods}\n"
 
 
 class Ranges(NamedTuple):

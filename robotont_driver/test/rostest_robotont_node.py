@@ -34,7 +34,7 @@ class RobotontNodeTest(NodeTest):
 
     def start(self):
         self.odom = self.listen("odom", Odometry)
-        self.node = self.processes.node("robotont_node", f"__log:={self.log}", log=self.log)
+        self.node = self.processes.node("robotont_node", f"__log:={self.log}.file", log=self.log)
         wait_for(lambda: self.odom, "odometry")
 
     def drive(self, metres):

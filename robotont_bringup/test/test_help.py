@@ -7,6 +7,7 @@ import ast
 import importlib
 import re
 import runpy
+import subprocess
 import sys
 from pathlib import Path
 
@@ -38,6 +39,17 @@ def test_help(program, monkeypatch, capsys):
         assert "~diagnostic_period" in text
         assert run(program, "--unheard-of", monkeypatch) == 2
         assert "--unheard-of" in capsys.readouterr().err
+
+
+def test_the_first_command_reads_its_arguments_before_anything_is_installed():
+    """On a new computer `./robotont sim` has Python alone."""
+    program = ROOT / "robotont_bringup" / "src" / "robotont_bringup" / "launch_arguments.py"
+    bare = (f"import runpy, sys; sys.modules.update(dict.fromkeys(('yaml', 'numpy', 'rospkg', 'rospy')))\n"
+            f"sys.argv = ['', 'sim', 'simulation,robot', '--', 'world:=office']\n"
+            f"runpy.run_path({str(program)!r}, run_name='__main__')")
+    result = subprocess.run([sys.executable, "-c", bare], capture_output=True, text=True,
+                            check=False, timeout=20)
+    assert (result.returncode, result.stdout) == (0, "world:=office\n"), result.stderr
 
 
 def test_nothing_depends_on_what_python_omits_when_it_optimises():

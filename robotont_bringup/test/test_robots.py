@@ -81,7 +81,7 @@ def test_by_hand_a_robots_parameters_are_checked_too(tmp_path, monkeypatch, caps
     assert "its board cannot have these wheels" in parameter_faults(four)[0]
     many = four._replace(wheels=four.wheels._replace(edges_per_motor_turn=8192), parameters={})
     assert "38349 edges in one PID period, allowed: up to 32767" in parameter_faults(many)[0]
-    (folder / "driver.yaml").write_text("driver_node: {max_wheel_speed: 1.9}\n")
+    (folder / "driver.yaml").write_text("driver_node: {max_wheel_speed: 1.9, diagnostic_period: 0.5}\n")
     monkeypatch.setattr(sys, "argv", ["robot", f"{folder}/"])
     main()
     assert "max_wheel_speed: found 1.9, the motors reach 1.83 [m/s]" in capsys.readouterr().out

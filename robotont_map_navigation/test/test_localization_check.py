@@ -143,6 +143,8 @@ def test_a_pose_that_jumps_is_put_back_where_the_odometry_has_it_once(monitor):
     says(monitor.look(), WELL)
     monitor.stand(1.6, 0.0, 0.3, odometry=1.1)
     says(monitor.look(), (ERROR, "the localization has moved the pose by 1.1 m"))
+    says(monitor.look(seconds=90.0), (ERROR, "the localization has moved the pose by 1.1 m"))
+    assert len(monitor.sent["initialpose"]) == 1, "the second time it may be right"
     monitor.stand(*RIGHT)
     says(monitor.look(seconds=60.0), WELL)
     monitor.stand(1.6, 0.0, 0.3, odometry=1.1)

@@ -84,6 +84,8 @@ def test_a_page_is_told_who_moves_it_what_is_near_and_where_its_map_lies(bus):
     status, radius = bus.view.status(), body(WHEELS)[0]
     assert (status["frame"], status["radius"]) == ("map", radius)
     assert status["near"][0] == pytest.approx(0.6 - radius, abs=0.01)
+    bus.now += 2.0
+    assert set(bus.view.status()["near"]) == {None}, "a sensor that has fallen silent sees nothing"
     bus.hear("map", room(x=1.0))
     bus.hear("map", OccupancyGrid())  # none: the one before stays
     assert bus.view.status()["map"]["origin"] == (1.0, 0.0, 0.0)

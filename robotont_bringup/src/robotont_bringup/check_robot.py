@@ -7,6 +7,7 @@ import sys
 from robotont_driver.kinematics.wheel_params import doubts, no_load_speeds
 from robotont_driver.parameters.parameters import ParameterError, read_parameters
 from robotont_driver.robots.robot_folder import PARAMETERS, read_robot
+from robotont_driver.ros.server_parameters import COMMON_PARAMETERS
 
 ARGUMENTS = {  # that robot.launch sets behind the folder's parameters
     "serial_com_node": ("port", "range_frame_prefix", "base_frame"),
@@ -35,7 +36,7 @@ def parameter_faults(robot):
     for module, check in ((driver_node, bool), (odom_node, of_joints), (serial_com_node, of_wheels)):
         node = module.__name__.rpartition(".")[2]
         try:
-            check(read_parameters(module.PARAMETERS, robot.parameters.get(node, {})))
+            check(read_parameters((*module.PARAMETERS, *COMMON_PARAMETERS), robot.parameters.get(node, {})))
         except ParameterError as error:
             faults += [f"{robot.folder / PARAMETERS}: {node}: {words}" for words in error.faults]
     return faults

@@ -121,7 +121,7 @@ EXERCISES = {
     "between": Exercise("between", 25.0, (0.3, 0.25, 0.2), between),
     "line": Exercise("line", 50.0, (0.1, 0.05, 0.15), follow_line, (424, 240)),
     "colors": Exercise("colors", 40.0, (0.2, 0.2, 3.1), find_red, (424, 240)),
-    "tag": Exercise("tags", 30.0, (0.4, 0.1, 0.25), before_tag(1, 0.53, 0.67, 0.1), (640, 360), 0.25),
+    "tag": Exercise("tags", 30.0, (0.35, 0.1, 0.25), before_tag(1, 0.53, 0.67, 0.1), (640, 360), 0.25),
     "maze": Exercise("tags", 120.0, (0.2, 0.1, 0.25), before_tag(5, 0.3, 1.0), (640, 360), 0.25),
     "goal": Exercise("minimaze", 100.0, (0.1, 0.1, 3.1), reach_goal),
 }

@@ -27,8 +27,9 @@ def draw_class(results, file, size=3.0):
             axes.set_axis_off()
         if result:
             run, faults, title = result
-            # a dollar would begin a formula of matplotlib's
-            axes.set_title(title.replace("$", r"\$"), fontsize=8, wrap=True, color=BAD if faults else GOOD)
+            # a dollar would begin a formula of matplotlib's, and what is no Unicode would end it
+            title = title.replace("$", r"\$").encode("utf-8", "replace").decode()
+            axes.set_title(title, fontsize=8, wrap=True, color=BAD if faults else GOOD)
             if run:
                 _draw(axes, run, faults)
     figure.tight_layout()

@@ -51,4 +51,4 @@ def main():
         sys.exit(f"describe: {error}")
     except ModuleNotFoundError as error:
         sys.exit(f"describe: {error}: ./robotont setup sim and roslaunch in ./robotont shell, or on Noetic apt-get "
-                 "install ros-noetic-xacro; or description:=false, without a model")
+                 "install ros-noetic-xacro; robot.launch does without, with description:=false")

@@ -161,7 +161,7 @@ class Controller:
             if fastest < edges <= most:
                 fastest = edges
         speed = max(1, (fastest << numbers.shift) // periods)
-        return max(0, min(self._brake, (numbers.max_torque << 16) // speed - numbers.gain))
+        return max(0, min(self._brake, (numbers.max_torque << 16) // speed - numbers.forward))
 
     def _rest(self, periods):
         """Let all wheels roll."""

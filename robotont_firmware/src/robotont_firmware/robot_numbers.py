@@ -108,6 +108,7 @@ class Numbers:
         gain = ((full - config.STATIC) << 16) // free
         self.static, self.gain, self.load, most, continuous = (value * MOTOR_VOLTAGE // battery for value in (
             config.STATIC, gain, config.MAX_LOAD, config.MAX_TORQUE, config.CONTINUOUS_TORQUE))  # more volts, less duty
+        self.forward = 0 if config.DRIVER == "coast" else self.gain
         self.p = self.gain * min(1667, 740000 * config.TIME_CONSTANT // period) // 1000
         self.i = max(1, self.p * period // max(122000, period * 61 // 10))
         self.follow = 256 * period // (period + 20000)

@@ -173,8 +173,8 @@ class Pid:
         n = numbers
         blind, wrong, forget, second = in_periods(config, *TIMES, 1000)
         self.n = array("i", [n.follows, blind, wrong, n.reach, 1 << n.shift, forget] + [0] * (_STATIC - STILL) + [
-            n.static, n.load, n.gain, 0 if config.DRIVER == "coast" else n.gain, n.p, n.i, n.follow, n.lead,
-            config.MAX_EFFORT, n.max_torque, n.continuous, n.max_heat, n.stiffness, n.free, n.creeps, second])
+            n.static, n.load, n.gain, n.forward, n.p, n.i, n.follow, n.lead, config.MAX_EFFORT, n.max_torque,
+            n.continuous, n.max_heat, n.stiffness, n.free, n.creeps, second])
         self.reset(0)
 
     @micropython.viper

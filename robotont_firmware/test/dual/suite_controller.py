@@ -11,7 +11,7 @@ from dual_tools import (
     WildBoard,
     checked,
 )
-from sim_motor import GOOD, UNPLUGGED
+from sim_motor import BRAKE, COAST, GOOD, UNPLUGGED
 
 from robotont_firmware import __version__, config
 from robotont_firmware.fault_watch import DRIVER_FAULT, NO_COUNTS
@@ -91,6 +91,19 @@ def test_after_the_timeout_the_wheels_are_braked_then_released_until_a_command_c
     robot.tick(50, "30:30:30")
     assert robot.newest()[0] == 0
     assert robot.packets()[-1][0][0] > 25
+
+
+def test_fast_wheels_are_braked_behind_the_timeout_also_where_drivers_coast():
+    """The back-EMF is no part of a limit that their efforts have: with zeros such a wheel is braked at any speed."""
+    for driver, extra in ((COAST, {"DRIVER": "coast", "STATIC": 330, "MAX_LOAD": 300}), (BRAKE, {})):
+        robot = Robot(settings=Config(**extra), driver=driver, frequency=100 if extra else 20000)
+        robot.tick(150, "170:-170:170")
+        before = robot.packets()[-1][0]
+        assert abs(before[0]) > 120, before
+        robot.tick(TIMEOUT)
+        assert robot.newest()[0] == TIMED_OUT
+        robot.tick(8)
+        assert max([abs(count) for count in robot.packets()[-1][0]]) < abs(before[0]) // 4, (driver, before)
 
 
 def test_garbage_and_questions_keep_no_motor_alive():

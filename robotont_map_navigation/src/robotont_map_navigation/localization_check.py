@@ -144,7 +144,7 @@ class LocalizationCheck:
 
         may: unless the odometry has jumped itself: a reset, of which the localization may hear a look later.
         """
-        if time.monotonic() > self._put_back + GOES_WELL:
+        if not self._wrong and time.monotonic() > self._put_back + GOES_WELL:
             self._put_back = time.monotonic()
             if may:
                 rospy.loginfo("the localization has jumped by %.1f m, and is put back", abs(self._moved))

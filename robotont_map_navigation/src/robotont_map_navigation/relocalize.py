@@ -55,7 +55,8 @@ class Relocalize:
         floor_map, rays = floor_map_of(self._map.message), self._seen()
         believed = self._frames.robot_in(floor_map.frame)
         found = search(floor_map, rays, needed_radius() / 2, believed) if rays[0].size else []
-        if not found or found[0].share < LEAST:
+        found = [one for one in found if one.share >= LEAST]
+        if not found:
             return Outcome(Status.LOST,
                            f"no place of the map explains {LEAST:.0%} of what is seen, or no wall is seen: {ASK}")
         first, *others = found

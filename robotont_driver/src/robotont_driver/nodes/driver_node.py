@@ -26,7 +26,7 @@ from robotont_driver.rospy_repairs.topic_reconnection import Reconnector, is_loc
 
 PARAMETERS = (
     Parameter("publish_rate", 20.0, "how often the newest command is repeated", "Hz", minimum=10.0, maximum=200.0,
-              reason="serial_com_node may stop after 0.2 s without one, and a line of 115200 baud carries no more"),
+              reason="serial_com_node may stop after 0.2 s without one"),
     Parameter("cmd_timeout", 0.5, "zeros after this long without a cmd_vel", "s", minimum=0.05, maximum=2.0,
               reason="for so long the robot drives on when its commander dies"),
     Parameter("command_decimals", 2, "decimals of each wheel speed; 0 for boards that read whole units",

@@ -5,8 +5,6 @@ import difflib
 import math
 from typing import Any, NamedTuple, Optional, Tuple
 
-import yaml
-
 LONGEST_SHOWN = 200  # characters of a found value in messages
 
 
@@ -79,6 +77,8 @@ def fault(name, found, allowed):
 
 def _as_number(found):
     """How a number is to be written that YAML takes for a text, as 1e-2; empty where there is none."""
+    import yaml  # here: `./robotont sim` reads its arguments before anything is installed
+
     for part in found if isinstance(found, list) else [found]:
         with contextlib.suppress(ValueError):
             if isinstance(part, str) and math.isfinite(float(part)):

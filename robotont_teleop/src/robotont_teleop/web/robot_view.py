@@ -125,7 +125,7 @@ class RobotView(RobotReports):
     def _near(self):
         heard = [self._fresh(name) for name in tuple(self._newest) if name.startswith(("scan", "range"))]
         placed = [(self._place_on_robot(one), *reading_of(one)) for one in heard if one]
-        return nearest([one for one in placed if one[0]], self._body) if self._body and placed else []
+        return nearest([one for one in placed if one[0]], self._body) if self._body and heard else []
 
     def _place_on_robot(self, message):
         """(3 x 3 rotation, (x, y, z) [m]) of a sensor, None where it is unknown."""

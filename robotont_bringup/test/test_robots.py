@@ -84,7 +84,9 @@ def test_by_hand_a_robots_parameters_are_checked_too(tmp_path, monkeypatch, caps
     (folder / "driver.yaml").write_text("driver_node: {max_wheel_speed: 1.9, diagnostic_period: 0.5}\n")
     monkeypatch.setattr(sys, "argv", ["robot", f"{folder}/"])
     main()
-    assert "max_wheel_speed: found 1.9, the motors reach 1.83 [m/s]" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "max_wheel_speed: found 1.9, the motors reach 1.83 [m/s]" in said
+    assert "no mistake" not in said
     odd = robot_folder(tmp_path / "odd", {**SHIPPED, "encoderEdgesPerMotorRevolution": 11, "motorStallTorque": 5.0})
     monkeypatch.setattr(sys, "argv", ["robot", odd])
     main()

@@ -23,7 +23,7 @@ def test_straight_on_in_every_direction_and_on_the_spot(wheels, twist):
     truth = np.array([pose for _, _, pose in run.path[first:]])
     x, y, _ = between(truth[0], truth[-1])
     turned = np.unwrap(truth[:, 2])[-1] - truth[0, 2]
-    print(f"{twist}: {math.hypot(x, y):.4f} m, {turned:.4f} rad")
+    print(f"{wheels} wheels, {twist}: {math.hypot(x, y):.4f} m, {turned:.4f} rad = {math.degrees(turned):.2f} degrees")
     assert math.hypot(x - 5 * twist[0], y - 5 * twist[1]) < 0.02
     assert abs(turned - 5 * twist[2]) < math.radians(2.0)
 

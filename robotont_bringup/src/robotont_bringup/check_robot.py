@@ -42,6 +42,22 @@ def parameter_faults(robot):
     return faults
 
 
+def warnings(robot, reach):
+    """List of what is doubtful in a `Robot` without a mistake; reach: [m/s] of its slowest wheel without load."""
+    wheels = robot.wheels
+    edges, power = wheels.edges_per_motor_turn, wheels.motor.no_load_speed * wheels.motor.stall_torque / 4
+    limit = robot.parameters.get("driver_node", {}).get("max_wheel_speed", 0.0)
+    return [words for applies, words in (
+        (doubts(wheels), doubts(wheels)),
+        (edges % 4, f"encoderEdgesPerMotorRevolution: found {edges}, a multiple of 4 where both edges of both "
+         "channels count: a sheet's pulses per channel x 4"),
+        (power > MOST_POWER, f"motorNoLoadSpeed, motorStallTorque: a motor of {power:.0f} W; are they in "
+         "rad/s and N m, before the gear?"),
+        (limit > reach, f"{robot.folder / PARAMETERS}: driver_node: max_wheel_speed: found {limit:g}, the motors "
+         f"reach {reach:.2f} [m/s] without load: wheels that cannot follow leave the path"),
+    ) if applies]
+
+
 def main():
     """Check a robot, and say what it is; exit status 1 and all faults when it is wrong."""
     parser = argparse.ArgumentParser(prog="robot", description=__doc__)
@@ -61,21 +77,10 @@ def main():
             raise ValueError("\n".join(faults))
         places = ", ".join(f"{math.degrees(position) % 360:.0f}" for position in wheels.positions)
         reach = min(no_load_speeds(wheels))
+        found = warnings(robot, reach)
         print(f"{folder}: {wheels.amount} wheels, which stand at {places} degrees, {wheels.pid_frequency:g} Hz, "
-              f"motors that reach {reach:.2f} m/s without load, no mistake found")
-        edges = wheels.edges_per_motor_turn
-        power = wheels.motor.no_load_speed * wheels.motor.stall_torque / 4
-        for applies, words in (
-                (doubts(wheels), doubts(wheels)),
-                (edges % 4, f"encoderEdgesPerMotorRevolution: found {edges}, a multiple of 4 where both edges of both "
-                 "channels count: a sheet's pulses per channel x 4"),
-                (power > MOST_POWER, f"motorNoLoadSpeed, motorStallTorque: a motor of {power:.0f} W; are they in "
-                 "rad/s and N m, before the gear?")):
-            if applies:
-                print(f"warning: {words}")
-        limit = robot.parameters.get("driver_node", {}).get("max_wheel_speed", 0.0)
-        if limit > reach:
-            print(f"warning: {robot.folder / PARAMETERS}: driver_node: max_wheel_speed: found {limit:g}, the motors "
-                  f"reach {reach:.2f} [m/s] without load: wheels that cannot follow leave the path")
+              f"motors that reach {reach:.2f} m/s without load" + ", no mistake found" * (not found))
+        for words in found:
+            print(f"warning: {words}")
     except (OSError, ValueError) as error:
         sys.exit(f"robot: {error}")

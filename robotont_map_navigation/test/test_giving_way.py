@@ -10,7 +10,8 @@ from navigation_messages import Monitor, scan_of
 from sensor_msgs import point_cloud2
 
 from robotont_driver.kinematics.se2 import compose
-from robotont_map_navigation.giving_way import NEAR, STAYS, MovingThings
+from robotont_map_navigation.giving_way import GAP, NEAR, STAYS, MovingThings
+from robotont_map_navigation.readings import needed_radius
 from robotont_simulator.world import shapes
 from robotont_testing.node_test import twist
 
@@ -138,6 +139,10 @@ def test_who_comes_nearer_than_the_scanner_measures_is_told_to_the_costmaps(
         scan = scan_of(np.where(abs(angles) < 0.3, distance, 2.0), stamp=rospy.Time.now())
         scan.range_min = 0.3
         monitor.hear("scan", scan)
+    radius = needed_radius()
     for cloud in monitor.sent["navigation/felt"]:
-        bearings |= {round(math.atan2(y, x), 1) for x, y, _ in point_cloud2.read_points(cloud)}
+        points = list(point_cloud2.read_points(cloud))
+        bearings |= {round(math.atan2(y, x), 1) for x, y, _ in points}
+        for x, y, height in points:  # no motion leans on what may stand at the robot's edge; plans begin outside of it
+            assert math.hypot(x, y) - radius == pytest.approx(0.0 if height < 0.1 else 0.06 + GAP, abs=1e-6)
     assert bearings == ({-0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3} if there else set())

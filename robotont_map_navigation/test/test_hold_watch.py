@@ -18,7 +18,7 @@ from robotont_driver.command.limits import Limits, limit_acceleration
 from robotont_driver.kinematics.se2 import between, compose
 from robotont_driver.kinematics.wheel_params import WHEEL_MASS
 from robotont_driver.robots.robot_folder import read_robot
-from robotont_map_navigation.felt import FELT_AT
+from robotont_map_navigation.felt import GLOBAL, LOCAL
 from robotont_map_navigation.held import FELT, FREE, FRONT, LAG, MAKERS, PASSED, STAND, TRIES, HoldWatch
 from robotont_simulator.simulation import Simulation
 from robotont_simulator.world import World
@@ -129,7 +129,7 @@ def test_stands_far_from_each_other_never_end_a_goal():
 
 def test_what_is_felt_lies_where_the_camera_looks_so_that_a_scan_clears_it_again():
     """Seen from 0.1 m before the robot's middle, with a cell of 0.025 m to spare; plans keep 0.19 m free."""
-    for (off, _), side in itertools.product(FELT_AT, FRONT):
+    for (off, _), side in itertools.product((LOCAL, GLOBAL), FRONT):
         ahead, aside = (0.19 + off) * math.cos(side) - 0.1, (0.19 + off) * abs(math.sin(side))
         assert math.atan2(aside + 0.025, ahead) < 1.03 / 2
 

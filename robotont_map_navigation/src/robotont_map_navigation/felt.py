@@ -12,7 +12,7 @@ from robotont_map_navigation.readings import needed_radius
 
 # [m] from the edge that plans keep free to what is felt, and its height: the local costmap takes the lower one, that no
 # motion may touch, the global one the higher one, so that plans begin outside of it
-FELT_AT = (0.0, 0.05), (0.06, 0.15)
+LOCAL, GLOBAL = (0.0, 0.05), (0.06, 0.15)
 CLOUDS = 1.0        # [s] between two clouds: a costmap counts the age of what is felt up to the newest one
 
 
@@ -25,8 +25,9 @@ class Felt:
         RepeatingThread(self.tell)
 
     def tell(self, bearings=(), gap=0.0):
-        """Something stands in these directions [rad] on the robot, `gap` [m] from its edge; the time to rest."""
-        points = [((self._edge + gap + off) * math.cos(bearing), (self._edge + gap + off) * math.sin(bearing), height)
-                  for off, height in FELT_AT for bearing in bearings]
+        """Something stands in these directions [rad] on the robot; plans keep `gap` [m] more; the time to rest."""
+        reaches = (self._edge + LOCAL[0], LOCAL[1]), (self._edge + gap + GLOBAL[0], GLOBAL[1])
+        points = [(reach * math.cos(bearing), reach * math.sin(bearing), height)
+                  for reach, height in reaches for bearing in bearings]
         self._clouds.publish(point_cloud2.create_cloud_xyz32(Header(0, rospy.Time.now(), self._frames.base), points))
         return CLOUDS

@@ -33,7 +33,7 @@ TIMEOUT = 0.05     # [s] for the transform of a scan
 CLOSE = 0.3        # [m] farther off than the scanner measures: who was seen there last, and then not at all, ...
 WIDE = 0.3         # [rad] ... within so much of where he was, ...
 STAYS = 2.5        # [s] ... so long behind his last motion, stands before the robot
-GAP = 0.03         # [m] from the robot's edge to him, for the costmaps; with none a robot turned to and fro for 25 s
+GAP = 0.03         # [m] more from him, for plans; with none a robot turned to and fro for 25 s
 
 
 class MovingThings:

@@ -86,6 +86,13 @@ def test_scans_that_show_nothing_or_come_late_tell_nothing():
     assert things.come((0.0, 0.0), point / 2, nothing, math.pi / 4, 4.4)
 
 
+def test_a_clock_that_is_set_back_ends_no_giving_way():
+    things, nothing, point = MovingThings(), np.zeros((2, 0)), np.full((2, 5), 0.4)
+    found = [things.come((0.0, 0.0), point * share, nothing, math.pi / 4, now) for now, share in (
+        (5000.0, 1.0), (5000.1, 1.0), (5000.2, 1.0), (4.0, 1.0), (4.4, 0.5), (4.4, 0.5))]
+    assert found == [False] * 5 + [True]
+
+
 def test_navigation_stands_while_something_comes_for_10_s_at_most_until_it_has_been_away_for_3_s(monkeypatch):
     """As a curtain in the wind, which would hold a goal for ever. The lower one of two scanners sees what stands."""
     monitor, times = Monitor(monkeypatch), []

@@ -8,7 +8,7 @@ than to calculate with it.
 from array import array
 
 from robotont_firmware.compat import SIGN, const, micropython, ptr32
-from robotont_firmware.fault_watch import NO_FAULT, STILL, TIMES, drive_fault, rest_fault, speed_fault
+from robotont_firmware.fault_watch import NO_FAULT, STILL, TIMES, drive_fault, hold_fault, rest_fault, speed_fault
 from robotont_firmware.robot_numbers import FULL_EFFORT, in_periods
 
 _SOFTEST = const(7)
@@ -30,22 +30,23 @@ _PROVED = const(23)  # whether it was seen to follow its effort
 HEAT = const(24)  # and what `reset` keeps of it: torque above the continuous one, squared and summed;
 _TURNED_ROUND = const(25)  # [periods] for which it is remembered that the wheel was
 _SOFTNESS = const(26)  # halvings of what counts ask for: an encoder that counts too much makes it swing
-_STATIC = const(27)  # and of the configuration
-_LOAD = const(28)
-_GAIN = const(29)
-_FORWARD = const(30)  # what a speed more takes; 0 with drivers that coast
-_P = const(31)
-_I = const(32)
-_FOLLOW = const(33)
-_LEAD = const(34)
-_MAX_EFFORT = const(35)
-_MAX_TORQUE = const(36)
-_CONTINUOUS = const(37)
-_MAX_HEAT = const(38)
-_STIFFNESS = const(39)
-_FREE = const(40)
-_CREEPS = const(41)
-_SECOND = const(42)
+_LOOSE = const(27)  # whether it turned while it was held, and has not been driven since: it is shorted only
+_STATIC = const(28)  # and of the configuration
+_LOAD = const(29)
+_GAIN = const(30)
+_FORWARD = const(31)  # what a speed more takes; 0 with drivers that coast
+_P = const(32)
+_I = const(33)
+_FOLLOW = const(34)
+_LEAD = const(35)
+_MAX_EFFORT = const(36)
+_MAX_TORQUE = const(37)
+_CONTINUOUS = const(38)
+_MAX_HEAT = const(39)
+_STIFFNESS = const(40)
+_FREE = const(41)
+_CREEPS = const(42)
+_SECOND = const(43)
 
 
 @micropython.viper
@@ -198,12 +199,19 @@ class Pid:
         """
         numbers = self.n
         n, sign = ptr32(numbers), int(SIGN)
+        earlier = n[_SPEED] << sign >> sign
         speed = int(measure(numbers, counts, periods))
         n[INTEGRAL] = n[REFERENCE] = n[MEAN] = n[_EXCESS] = 0
         fault = int(speed_fault(numbers, speed, periods))
         before = n[_EFFORT] << sign >> sign
         if fault == 0 and holds and before >= -1 and before <= 1:
             fault = int(rest_fault(numbers, speed, periods))
+        if fault == 0 and holds:
+            braked = (before > 1 and speed < 0 - n[_CREEPS]) or (before < -1 and speed > n[_CREEPS])
+            sinks = (speed > 0 and speed < earlier) or (speed < 0 and speed > earlier)
+            fault = int(hold_fault(numbers, speed, 5 * periods if braked and not sinks else periods))
+            if fault != 0:
+                n[_LOOSE] = 1
         self.fault = fault
         fast, edge = speed if speed > 0 else 0 - speed, n[_EDGE]
         slow, ahead = fast <= n[_CREEPS], speed * (n[_DIRECTION] << sign >> sign)
@@ -214,7 +222,7 @@ class Pid:
         away, most = n[_AWAY] << sign >> sign, (n[_MAX_TORQUE] << 16) // n[_STIFFNESS]
         away = away + speed * periods if held else 0
         away = most if away > most else 0 - most if away < 0 - most else away
-        if (held and not slow and n[_PROVED] == 0) or (not held and ahead <= 0):
+        if n[_LOOSE] or (held and not slow and n[_PROVED] == 0) or (not held and ahead <= 0):
             away = 0
         else:
             clear, most = fast - edge, 536870912 // (brake + 1)
@@ -261,6 +269,7 @@ class Pid:
             n[_PROVED] = 1
         if setpoint != 0:
             n[_DIRECTION] = 1 if setpoint > 0 else -1
+            n[_LOOSE] = 0
         n[_HELD] = n[_AWAY] = 0
         n[_EFFORT] = effort
         warm(numbers, effort, speed, periods)

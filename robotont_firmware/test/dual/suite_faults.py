@@ -1,9 +1,9 @@
 """What breaks on a robot, on simulated motors: the motors stop, nothing runs away, and the status states why."""
 
-from dual_tools import BRAKING, FAST, FAULT_HOLD, TIMEOUT, Config, Locked, Robot
-from sim_motor import HALF, MICRO, REVERSED, UNPLUGGED
+from dual_tools import BRAKING, FAST, FAULT_HOLD, TIMEOUT, Config, Locked, Robot, profile
+from sim_motor import BRAKE, COAST, DIODE, HALF, MICRO, REVERSED, UNPLUGGED
 
-from robotont_firmware import config
+from robotont_firmware import config, pin_profile_robotont21, pin_profile_vnh
 from robotont_firmware.fault_watch import NO_COUNTS, OVERLOAD, TOO_MANY, WRONG_WAY
 from robotont_firmware.robot_numbers import Numbers
 from robotont_firmware.status import BATTERY_IS_LOW, TIMED_OUT, WAITS_FOR_ZERO
@@ -108,6 +108,41 @@ def test_silence_with_a_reversed_encoder_accelerates_nothing():
                 assert speed <= max(bound, before), (units, reversed_at, period, speed)
                 before = speed
             assert robot.efforts() == [0, 0, 0]
+
+
+def test_zeros_stop_wheels_with_a_reversed_encoder_or_with_swapped_cables():
+    """Held by such counts a wheel is turned on: after a tap, to and fro, or by a push."""
+    for settings, motor, units in (
+        (Config(), {"driver": BRAKE}, 34),
+        (profile(pin_profile_vnh), {"driver": DIODE}, 34),
+        (profile(pin_profile_robotont21), {"driver": COAST, "frequency": 100, "battery": 140}, 20),
+    ):
+        for swapped in (False, True):
+            for ways in ((1,), (1, -1), ()):
+                robot = Robot(settings=settings, **motor)
+                motors, counts = robot.board.motors, robot.board.counts
+                if swapped:
+                    robot.board.counts = lambda totals, counts=counts: swap(counts, totals)
+                else:
+                    motors[0].encoder = REVERSED
+                for way in ways:
+                    lead_on(robot, 0, way * units, 15 if settings.DRIVER == "brake" else 20, until_off=False)
+                for period in range(250):
+                    if period % 3 == 0:
+                        robot.send("0:0:0")
+                    if period < 10 and not ways:
+                        motors[0].speed = 20 * MICRO  # somebody pushes
+                    robot.board.sent = b""
+                    robot.tick(1)
+                    if period == 100:
+                        turned = [motor.turned for motor in motors]
+                rolled = max([abs(motor.turned - before) for motor, before in zip(motors, turned)])
+                assert rolled <= 3, (settings.PROFILE, swapped, ways, rolled)
+
+
+def swap(counts, totals):
+    counts(totals)
+    totals[0], totals[1] = totals[1], totals[0]
 
 
 def test_the_brake_obeys_the_current_limit():

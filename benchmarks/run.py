@@ -2,7 +2,8 @@ r"""Run benchmarks: a table here, JSON on request.
 
 NAME is that of a bench_*.py without bench_, or one of its parts: driver,
 driver.latency. Figures of driver and thumbs are medians of --rounds rounds,
-in which all that is compared takes turns, with the smallest and the largest.
+in which all that is compared takes turns, with the smallest and the largest;
+what is lost is the sum.
 """
 
 import argparse

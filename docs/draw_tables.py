@@ -101,7 +101,7 @@ def nodes():
 def launch_files():
     """Lines about every launch file."""
     yield from ("", "## Launch files", "", "`roslaunch robotont_bringup FILE name:=value ...`. roslaunch ignores a "
-                "misspelt name; `roslaunch --ros-args robotont_bringup FILE` lists a file's own. "
+                "misspelt name; `roslaunch --ros-args robotont_bringup FILE` lists a file's own (none is required). "
                 "Most files have `namespace`, too: put before the names of topics, for two robots on one master.")
     for file in sorted((FOLDER.parent / "launch").glob("*.launch")):
         comment = re.search(r"<!--\s*(.*?)\s*-->", file.read_text(), re.DOTALL)[1]

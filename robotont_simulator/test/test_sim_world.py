@@ -107,7 +107,7 @@ def test_a_wall_is_the_cell_that_its_face_is_in(off):
 
 def test_a_start_within_a_wall_has_no_map():
     world = read_world(ROOT / "config" / "worlds" / "room.yaml")
-    with pytest.raises(ValueError, match="the start \\(7.5, 2.5\\) is in a wall or a box"):
+    with pytest.raises(ValueError, match="the start \\(7.5, 2.5\\) is in a wall or a thing"):
         draw_map(world._replace(start=(7.5, 2.5, 0.0)))
 
 

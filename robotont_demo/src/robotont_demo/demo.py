@@ -93,7 +93,7 @@ def main():
         signal.signal(ending, signal.default_int_handler)
     options = parse(sys.argv[1:])
     print(f"driving the simulator, robot {options.robot.folder.name}: a square of 1 m, then a circle while turning "
-          f"(some 30 s);\nthe demo itself spoils {100 * BAD_BYTES:g} % of the board's bytes on the way",
+          f"(up to a minute);\nthe demo itself spoils {100 * BAD_BYTES:g} % of the board's bytes on the way",
           flush=True)
     try:
         good = run(options)

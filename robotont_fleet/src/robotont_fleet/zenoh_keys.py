@@ -9,7 +9,8 @@ OWN = "robotont"  # beginning of all keys
 def check_name(name):
     """The name of a robot, which is a part of its keys. Raises ValueError."""
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,40}", name) or name.lower() == TEACHER:
-        raise ValueError(f"name of a robot: found {name!r}, allowed: up to 41 letters, digits and _ . -; not {TEACHER}")
+        raise ValueError(f"name of a robot: found {name!r}, allowed: up to 41 letters, "
+                         f"digits and _ . -, the first no sign; not {TEACHER}")
     return name
 
 

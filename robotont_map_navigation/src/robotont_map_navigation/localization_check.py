@@ -168,7 +168,8 @@ class LocalizationCheck:
         explained, through = mean or (1.0, 0.0)
         return next((level, words) for applies, level, words in (
             (self.floor_map is None, WARN, "no map: does anybody publish it?"),
-            (silence <= SILENCE < unlaid, WARN, "the scan cannot be laid on the map: no transform leads to its frame"),
+            (silence <= SILENCE < unlaid, WARN, "the scan cannot be laid on the map: no transform of its time leads to "
+             "its frame (odometry, amcl, clocks?)"),
             (wrong, ERROR, f"{wrong}; {REMEDY}" + f" __ns:={own}" * (own != "/")),
             (self.floor_map and abs(self.floor_map.origin[2]) > TURNED, ERROR,
              "the map's origin has a yaw, which move_base takes for 0: draw the map along its axes"),
@@ -178,7 +179,8 @@ class LocalizationCheck:
             (explained >= MIN_FIT, OK, found),
             (through >= THROUGH_WALLS, WARN,
              f"{found}, and {through:.0%} go through its walls: the room has changed, or the pose is wrong"),
-            (True, WARN, f"{found}, the others end before its walls: something that the map lacks fills the view"),
+            (True, WARN, f"{found}, the others end before its walls: something that the map lacks fills the view, or "
+             "the robot is elsewhere"),
         ) if applies)
 
 

@@ -69,7 +69,7 @@ class Relocalize:
         if not wait_for(lambda: not self._trouble.message.data, WAIT):
             return Outcome(Status.LOST, f"found {Goal(*first.pose)}, but {self._trouble.message.data}: {ASK}")
         elsewhere = max((other.share for other in others), default=0.0)
-        room = "; it is where amcl had it, and the room has changed" if stays and elsewhere > first.share else ""
+        room = "; amcl had it there: the room has changed, or it is elsewhere" * bool(stays and elsewhere > first.share)
         return Outcome(Status.DONE, f"found at {Goal(*first.pose)}: the map explains {first.share:.0%} of what is "
                        f"seen, at other places {elsewhere:.0%} at most{room}")
 

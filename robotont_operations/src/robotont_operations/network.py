@@ -84,7 +84,7 @@ def knows_my_name(environment, master, announced, found):
                       f"other machine can use: {remedy}; for services at boot: "
                       "sudo ./robotont install-robot --network ADDRESS")
     else:
-        fault = f"{source} is {found}, where the robot finds only itself"
+        fault = f"{source} is {found} here; if it is so for the robot, too, it finds only itself there"
     return FAULT, f"wrong ROS_IP/ROS_HOSTNAME: {fault}: {remedy}"
 
 

@@ -219,7 +219,7 @@ def draw_map(world, resolution=RESOLUTION, margin=0.5):
         solid |= shape._replace(length=length, width=width).distance(x, y) < resolution * (0.5 - 1e-6)
     start = np.unravel_index(np.argmin((x - world.start[0]) ** 2 + (y - world.start[1]) ** 2), x.shape)
     if solid[start]:
-        raise ValueError(f"the start ({world.start[0]:g}, {world.start[1]:g}) is in a wall or a box")
+        raise ValueError(f"the start ({world.start[0]:g}, {world.start[1]:g}) is in a wall or a thing")
     regions, _ = ndimage.label(~solid)
     free = regions == regions[start]
     image = np.select([free, ndimage.binary_dilation(free) & solid], [FREE, OCCUPIED], UNKNOWN).astype(np.uint8)

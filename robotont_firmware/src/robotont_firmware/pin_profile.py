@@ -7,7 +7,7 @@ is wired, motor by motor, in the order of the packets' fields; drivers other tha
 PROFILE = "ours"
 DESCRIPTION = "wired by hand as in docs/firmware.md; not a Robotont as it was built"
 
-BATTERY = 12000  # [mV] of a full battery: scales the feed-forward, the gains of driving and the torque limits
+BATTERY = 12000  # [mV] of a full battery: scales feed-forward, gains of driving and torque limits
 BATTERY_PIN = None  # analogue input behind a divider, or None: not measured
 BATTERY_DIVIDER = 0  # [mV] of battery at which that input stands at its full scale (3.3 V)
 BATTERY_LOW = 10500  # [mV] below this for a second the battery is low

@@ -12,7 +12,7 @@ from robotont_firmware.pin_profile import *  # noqa: F403 (on the PC that is "ou
 PROFILE = "robotont21"
 DESCRIPTION = "Robotont 2.0/2.1, shield 1.3, with FOUR ENCODER WIRES MOVED"
 
-BATTERY = 16800  # [mV] 4S LiPo, full, on motors for 12 V: scales the feed-forward, the gains of driving and the torque limits
+BATTERY = 16800  # [mV] 4S LiPo, full, on motors for 12 V: scales feed-forward, gains of driving and torque limits
 BATTERY_LOW = 13200  # [mV] 3.3 V a cell
 
 STATIC = 330  # [effort] pulses of less than 0.6 ms give little current

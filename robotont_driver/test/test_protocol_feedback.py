@@ -71,6 +71,20 @@ def test_generation_3_reports_a_steady_speed_although_a_tenth_of_its_periods_is_
     assert [speeds[longer].mean(), speeds[~longer].mean()] == pytest.approx([0.2, 0.2], abs=0.01)
 
 
+@pytest.mark.parametrize("late", [0.003, 0.008, 0.012])
+def test_generation_3_loses_no_percent_where_lines_are_read_late(late):
+    chance, bench, until = random.Random(1), Bench("robotont3"), 0.0
+
+    def arrival(now):
+        nonlocal until
+        until = max(until, now + chance.uniform(0.0, late))
+        return until
+    bench.arrival = arrival
+    bench.hold((0.2, 0.0, 0.0), 30.0)
+    counted = [sum(column) for column in zip(*bench.counts)]
+    np.testing.assert_allclose(counted, bench.motors._counted, rtol=0.01, atol=15)
+
+
 def line_noise(lines, bytes_):
     """Loses a share of whole lines, replaces a share of bytes."""
     chance, rest = random.Random(1), b""

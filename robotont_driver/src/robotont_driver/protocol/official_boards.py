@@ -39,6 +39,7 @@ MOST_WAITING = 10     # lines
 SMOOTH = 0.07         # of the most edges a period: roughness of `gap` per loop up to which it is believed
 VISITS = 4            # of a place among LOOPS over which its length is averaged
 NEGLIGIBLE = 5.0      # [edges] by which it does not matter whether the board has restarted
+AVERAGED = 100        # lines over which the mean length of a loop is taken
 STRANGE = 50          # lines in a row that moved against their own twist: firmware before March 2020
 OLD = ("firmware from before March 2020: it has no time-out, or its poses are 11 to 24 % off; flash the makers' "
        "2.1.3 (robot:=robotont2) or this project's (robot:=robotont21, docs/firmware.md)")
@@ -115,6 +116,7 @@ class Robotont2(Protocol):
         self._move = compose     # how a step moves the board's pose: by the twist in base_link
         self._place = 0          # among LOOPS, of the newest trusted line's loop
         self._lengths = {}       # [periods] of the loop at each place, by the arrivals
+        self._average = self._mean  # [periods] of a loop, likewise: where no place shows the longer one
         self._strange = 0        # lines in a row that follow neither the newest trusted one nor the one before them
         self.misfit = self.complaint = self._board_wheels.misfit
 
@@ -142,7 +144,10 @@ class Robotont2(Protocol):
     def _read_pose(self, line, now):
         """Trust a line that follows the newest trusted one, or whatever line came before it: there is no checksum."""
         self.check_reach(self._board_wheels.edges(newest_loop(line, self._move)[1]))
-        self._regular = self._regular + 1 if EARLY < (now - self._came) / PERIOD < LATE else 0
+        interval = (now - self._came) / PERIOD
+        self._regular = self._regular + 1 if EARLY < interval < LATE else 0
+        if self._regular:
+            self._average += (interval - self._average) / AVERAGED
         self._came = now
         self._waiting = [*self._waiting[1 - MOST_WAITING:], (line, now)]
         if self._follows(self._last[0], line):
@@ -231,7 +236,9 @@ class Robotont2(Protocol):
         longer = self.longest - 1.0
         shorter, longest = sorted((1.0, 1.0, *self._lengths.values()))[-2:]
         if longest - shorter < longer / 2:  # it is not known yet which place has it
-            return [max(passed, 0.9) if passed < self.longest + 0.1 else self._mean] * loops
+            if self.packets < AVERAGED and passed < self.longest + 0.1:
+                return [max(passed, 0.9)] * loops
+            return [min(max(1.0, self._average), self._mean)] * loops
         return [1.0 + longer * (self._lengths.get(place) == longest) for place in places]
 
     def encode(self, command):

@@ -2,8 +2,7 @@
 
     NO_COUNTS  more is asked for it than seven eighths of what gravity and stiction may hold (MAX_LOAD) for 400 ms,
                in which it makes less than a quarter of the way that is wanted, and six edges of it or more are missing
-    WRONG_WAY  driven one way, and counting the other way, for 450 ms: longer than a push; or turning for twice as long
-               while it is held, for 180 ms where that does not slow it: with a reversed encoder that turns it
+    WRONG_WAY  driven one way, and counting the other way, for 450 ms: longer than a push
     TOO_MANY   more counts than the motor can make, for three periods
     NOISE      counts to and fro, nine turns or more and faster than four a second, while it stands without effort
 
@@ -78,15 +77,6 @@ def drive_fault(numbers, wished: int, speed: int, push: int, excess: int, period
     if n[_WRONG] > n[_WRONG_TIME]:
         return WRONG_WAY
     return NO_COUNTS if still > n[_TIME] and missing >= n[_EDGE] * 6 else NO_FAULT
-
-
-@micropython.viper
-def hold_fault(numbers, speed: int, weight: int) -> int:
-    """Judge a period, or some, in which the wheel should stand, and is held; weight: of them."""
-    n = ptr32(numbers)
-    turns, left = speed > n[_FOLLOWS] or speed < 0 - n[_FOLLOWS], n[_WRONG] - weight
-    n[_WRONG] = n[_WRONG] + weight if turns else left if left > 0 else 0
-    return WRONG_WAY if n[_WRONG] > 2 * n[_WRONG_TIME] else NO_FAULT
 
 
 @micropython.viper

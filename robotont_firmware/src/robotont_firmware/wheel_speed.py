@@ -8,7 +8,7 @@ than to calculate with it.
 from array import array
 
 from robotont_firmware.compat import SIGN, const, micropython, ptr32
-from robotont_firmware.fault_watch import NO_FAULT, STILL, TIMES, drive_fault, hold_fault, rest_fault, speed_fault
+from robotont_firmware.fault_watch import NO_FAULT, STILL, TIMES, drive_fault, rest_fault, speed_fault
 from robotont_firmware.robot_numbers import FULL_EFFORT, in_periods
 
 _SOFTEST = const(7)
@@ -30,7 +30,7 @@ _PROVED = const(23)  # whether it was seen to follow its effort
 HEAT = const(24)  # and what `reset` keeps of it: torque above the continuous one, squared and summed;
 _TURNED_ROUND = const(25)  # [periods] for which it is remembered that the wheel was
 _SOFTNESS = const(26)  # halvings of what counts ask for: an encoder that counts too much makes it swing
-_LOOSE = const(27)  # whether it turned while it was held, and has not been driven since: it is shorted only
+_LOOSE = const(27)  # [periods] for which it is only shorted: what should brake it made it faster
 _STATIC = const(28)  # and of the configuration
 _LOAD = const(29)
 _GAIN = const(30)
@@ -195,7 +195,8 @@ class Pid:
         brake: the gain, or less.
 
         Never along the motion that is counted. Until it was slow, and unless it `holds`, only a wheel that turns as it
-        was driven gets effort: with a reversed encoder it is shorted.
+        was driven gets effort: with a reversed encoder it is shorted. So is one that was driven, and was never seen to
+        follow.
         """
         numbers = self.n
         n, sign = ptr32(numbers), int(SIGN)
@@ -206,23 +207,21 @@ class Pid:
         before = n[_EFFORT] << sign >> sign
         if fault == 0 and holds and before >= -1 and before <= 1:
             fault = int(rest_fault(numbers, speed, periods))
-        if fault == 0 and holds:
-            braked = (before > 1 and speed < 0 - n[_CREEPS]) or (before < -1 and speed > n[_CREEPS])
-            sinks = (speed > 0 and speed < earlier) or (speed < 0 and speed > earlier)
-            fault = int(hold_fault(numbers, speed, 5 * periods if braked and not sinks else periods))
-            if fault != 0:
-                n[_LOOSE] = 1
         self.fault = fault
         fast, edge = speed if speed > 0 else 0 - speed, n[_EDGE]
         slow, ahead = fast <= n[_CREEPS], speed * (n[_DIRECTION] << sign >> sign)
         if slow:
             n[_HELD] = 1
         held = n[_HELD] if holds else 0
+        grown, left = speed - earlier if speed > 0 else earlier - speed, n[_LOOSE] - periods
+        if grown > edge and not slow and ((before > 1 and speed < 0) or (before < -1 and speed > 0)):
+            left = n[_SECOND] >> 1
+        n[_LOOSE] = left if left > 0 else 0
         effort = -1 if speed > 0 else 1  # a driver that can brakes, whatever is counted; it turns nothing
         away, most = n[_AWAY] << sign >> sign, (n[_MAX_TORQUE] << 16) // n[_STIFFNESS]
         away = away + speed * periods if held else 0
         away = most if away > most else 0 - most if away < 0 - most else away
-        if n[_LOOSE] or (held and not slow and n[_PROVED] == 0) or (not held and ahead <= 0):
+        if n[_LOOSE] or (held and n[_PROVED] == 0 and (not slow or n[_DIRECTION])) or (not held and ahead <= 0):
             away = 0
         else:
             clear, most = fast - edge, 536870912 // (brake + 1)
@@ -269,7 +268,6 @@ class Pid:
             n[_PROVED] = 1
         if setpoint != 0:
             n[_DIRECTION] = 1 if setpoint > 0 else -1
-            n[_LOOSE] = 0
         n[_HELD] = n[_AWAY] = 0
         n[_EFFORT] = effort
         warm(numbers, effort, speed, periods)

@@ -50,7 +50,7 @@ class MovingThings:
         way: [rad] in these, or None; now: [s] of the scan.
         """
         rays = np.hstack([ends, free])
-        if self._views and now < self._views[-1][0]:  # the clock was set back
+        if self._views and now < self._views[-1][0] - BACK:  # the clock was set back
             self._views.clear()
             self.came = -math.inf
         self._views.append((now, place, rays))

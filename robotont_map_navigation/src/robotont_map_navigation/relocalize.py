@@ -55,11 +55,12 @@ class Relocalize:
         floor_map, rays = floor_map_of(self._map.message), self._seen()
         believed = self._frames.robot_in(floor_map.frame)
         found = search(floor_map, rays, needed_radius() / 2, believed) if rays[0].size else []
-        found = [one for one in found if one.share >= LEAST]
-        if not found:
+        well = [one for one in found if one.share >= LEAST]
+        if not well:
             return Outcome(Status.LOST,
                            f"no place of the map explains {LEAST:.0%} of what is seen, or no wall is seen: {ASK}")
-        first, *others = found
+        first = well[0]  # one before it is where amcl had it, and explains less
+        others = [one for one in found if one is not first]
         stays = believed and same_place(first.pose, believed)
         if others and not stays and first.share - others[0].share < CLEARER:
             return Outcome(Status.LOST, f"{Goal(*first.pose)} and {Goal(*others[0].pose)} look alike from here: {ASK}")

@@ -1,5 +1,6 @@
 """Who may open a page that this computer serves, under which address, and how people are told."""
 
+import contextlib
 import io
 import os
 import socket
@@ -70,8 +71,10 @@ def own_address():
             probe.connect(("192.0.2.1", 9))  # sends nothing
             return probe.getsockname()[0]
         except OSError:  # no default route, as on a robot's own access point
-            told = subprocess.run(["hostname", "-I"], stdout=subprocess.PIPE, text=True, check=False)
-            return (told.stdout.split() or [socket.gethostname()])[0]
+            with contextlib.suppress(OSError, IndexError):
+                told = subprocess.run(["hostname", "-I"], stdout=subprocess.PIPE, text=True, check=False)
+                return told.stdout.split()[0]
+            return socket.gethostname()
 
 
 def page_url(address, port, tls):

@@ -38,7 +38,7 @@ _REACH = const(3)
 _EDGE = const(4)
 _FORGET = const(5)
 STILL = const(6)  # and of its past: [periods] of less than a quarter of the way,
-_WRONG = const(7)  # the wrong way,
+WRONG = const(7)  # the wrong way,
 _MANY = const(8)  # beyond the motor's reach;
 _BEFORE = const(9)  # the speed of the period before,
 _TURNED = const(10)  # [periods] that its turns are remembered;
@@ -73,8 +73,8 @@ def drive_fault(numbers, wished: int, speed: int, push: int, excess: int, period
         n[_WANTED] = 0 if still <= 0 else wanted if wanted < _MOST_WAY else _MOST_WAY
         n[_MADE] = made + edge
     wrong = push >= 0 and wished > 0 and speed < 0 - n[_FOLLOWS]
-    n[_WRONG] = n[_WRONG] + periods if wrong else 0
-    if n[_WRONG] > n[_WRONG_TIME]:
+    n[WRONG] = n[WRONG] + periods if wrong else 0
+    if n[WRONG] > n[_WRONG_TIME]:
         return WRONG_WAY
     return NO_COUNTS if still > n[_TIME] and missing >= n[_EDGE] * 6 else NO_FAULT
 

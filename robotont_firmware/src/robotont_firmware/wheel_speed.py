@@ -8,7 +8,7 @@ than to calculate with it.
 from array import array
 
 from robotont_firmware.compat import SIGN, const, micropython, ptr32
-from robotont_firmware.fault_watch import NO_FAULT, STILL, TIMES, drive_fault, rest_fault, speed_fault
+from robotont_firmware.fault_watch import NO_FAULT, STILL, TIMES, WRONG, drive_fault, rest_fault, speed_fault
 from robotont_firmware.robot_numbers import FULL_EFFORT, in_periods
 
 _SOFTEST = const(7)
@@ -26,7 +26,7 @@ _DIRECTION = const(19)  # in which it was driven last
 _HELD = const(20)  # whether it came to rest, and is kept there
 _IDLE = const(21)  # [periods] without an edge
 _AWAY = const(22)  # [fine units] by which it was moved while it should stand
-_PROVED = const(23)  # whether it was seen to follow its effort
+_PROVED = const(23)  # whether it was seen to follow its effort: 1; 2: against it, as a reversed encoder counts
 HEAT = const(24)  # and what `reset` keeps of it: torque above the continuous one, squared and summed;
 _TURNED_ROUND = const(25)  # [periods] for which it is remembered that the wheel was
 _SOFTNESS = const(26)  # halvings of what counts ask for: an encoder that counts too much makes it swing
@@ -195,8 +195,8 @@ class Pid:
         brake: the gain, or less.
 
         Never along the motion that is counted. Until it was slow, and unless it `holds`, only a wheel that turns as it
-        was driven gets effort: with a reversed encoder it is shorted. So is one that was driven, and was never seen to
-        follow.
+        was driven gets effort: with a reversed encoder it is shorted. So is one that was seen to count against its
+        effort.
         """
         numbers = self.n
         n, sign = ptr32(numbers), int(SIGN)
@@ -221,7 +221,7 @@ class Pid:
         away, most = n[_AWAY] << sign >> sign, (n[_MAX_TORQUE] << 16) // n[_STIFFNESS]
         away = away + speed * periods if held else 0
         away = most if away > most else 0 - most if away < 0 - most else away
-        if n[_LOOSE] or (held and n[_PROVED] == 0 and (not slow or n[_DIRECTION])) or (not held and ahead <= 0):
+        if n[_LOOSE] or (held and (n[_PROVED] == 2 or (n[_PROVED] == 0 and not slow))) or (not held and ahead <= 0):
             away = 0
         else:
             clear, most = fast - edge, 536870912 // (brake + 1)
@@ -266,6 +266,8 @@ class Pid:
             effort = 0  # no braking turns it round
         if (effort > 0 and speed > follows) or (effort < 0 and speed < 0 - follows):
             n[_PROVED] = 1
+        if n[int(WRONG)] > 3:
+            n[_PROVED] = 2
         if setpoint != 0:
             n[_DIRECTION] = 1 if setpoint > 0 else -1
         n[_HELD] = n[_AWAY] = 0

@@ -134,6 +134,15 @@ def test_zeros_stop_a_wheel_with_a_reversed_encoder():
                 assert abs(wheel.turned - turned) <= 3, (settings.PROFILE, tau, ways, wheel.turned - turned)
 
 
+def test_behind_a_drive_too_slow_to_prove_anything_a_slope_rolls_no_wheel():
+    robot = Robot(settings=Config(MASS=3576, INERTIA=429000, RUBBING=76), tau=300, load=25)
+    robot.tick(100, "1.5:1.5:1.5")
+    turned = [motor.turned for motor in robot.board.motors]
+    robot.tick(200, "0:0:0")
+    rolled = max([abs(motor.turned - before) for motor, before in zip(robot.board.motors, turned)])
+    assert rolled < 100, rolled
+
+
 def test_the_brake_obeys_the_current_limit():
     for units in (20, 60, 150, -150):
         robot = Robot()

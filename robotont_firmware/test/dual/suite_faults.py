@@ -135,7 +135,7 @@ def test_zeros_stop_a_wheel_with_a_reversed_encoder():
 
 
 def test_behind_a_drive_too_slow_to_prove_anything_a_slope_rolls_no_wheel():
-    robot = Robot(settings=Config(MASS=3576, INERTIA=429000, RUBBING=76), tau=300, load=25)
+    robot = Robot(settings=Config(MASS=3576, INERTIA=429000, RUBBING=76), tau=300, load=30)
     robot.tick(100, "1.5:1.5:1.5")
     turned = [motor.turned for motor in robot.board.motors]
     robot.tick(200, "0:0:0")

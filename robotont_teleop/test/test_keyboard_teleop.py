@@ -119,6 +119,9 @@ def test_space_is_the_emergency_stop_and_that_of_others_lets_go_of_the_keys_too(
         keys.press("/node, /other")
         assert keys.type("www") == STOP
         assert "EMERGENCY STOP, Ctrl-U releases it" in keys.line
+        keys.press("/node, /robot1/fleet_node")
+        keys.type()
+        assert "EMERGENCY STOP, the class's page releases it" in keys.line
         keys.release.reset_mock()
         keys.type("\x15")
         keys.release.call.assert_called_once_with()

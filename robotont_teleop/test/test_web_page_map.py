@@ -54,7 +54,7 @@ def test_the_map_shows_the_robot_in_its_size_or_all_of_itself(page, served):
 
 def test_the_reset_of_the_odometry_says_what_it_moves(page, served):
     report(served)
-    page.wait("document.querySelector('#reset_odometry ~ small').innerText.includes('keeps its place on the map')",
+    page.wait("document.querySelector('#reset_odometry ~ small').innerText.includes('may lose the robot')",
               "the words beside it")
     press_mouse(page, "#reset_odometry")
     wait_for(lambda: served.robot.orders == [("reset_odometry",)], "the order")

@@ -38,7 +38,7 @@ function whatAStickDoes(stalled, state, status, page) {
     [noDriver, "can_nothing"],
     [immovable, "can_no_board"],
     [state.held.includes(page), "can_let_go"],
-    [true, {page: "can_stop", navigation: "can_take_it", program}[state.mover[0]] ?? "can_drive"],
+    [true, {page: "can_stop", hand: "can_hand_first", navigation: "can_take_it", program}[state.mover[0]] ?? "can_drive"],
   ];
   return found.find(([is]) => is)[1];
 }

@@ -25,7 +25,7 @@ test("who moves the robot, whoever has the seat", () => {
   assert.deepEqual(say({driver: 1, mover: ["program", "square"]}), ["who_program square", "can_mix", true]);
   assert.deepEqual(say({driven_by: "default", mover: ["program", "a"]}), ["who_program a", "can_take_it", true]);
   assert.deepEqual(say({driver: 1, mover: ["navigation", "x"]}), ["who_navigation", "can_take_it", true]);
-  assert.equal(say({mover: ["hand", "keyboard_teleop_7"]})[0], "who_keys");
+  assert.deepEqual(say({driver: 1, mover: ["hand", "keyboard_teleop_7"]}), ["who_keys", "can_hand_first", false]);
 });
 
 test("sticks are off wherever they cannot move it", () => {

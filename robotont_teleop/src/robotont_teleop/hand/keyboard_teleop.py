@@ -123,7 +123,7 @@ class KeyboardTeleop:
 
     def _show(self):
         words = "STOP, BUT THE ROBOT HAS NOT CONFIRMED IT" if self._stop.waits else \
-            "EMERGENCY STOP, Ctrl-U releases it" if self._stop.pressed else _words(self._sent)
+            f"EMERGENCY STOP, {self._releaser()} releases it" if self._stop.pressed else _words(self._sent)
         velocity, driver = self._reports.velocity, self._reports.driven_by or "?"
         robot = "no odometry" if velocity is None else _words(velocity)
         line = f"{self._keys.speeds.linear:.2f} {self._keys.speeds.angular:.2f} | "
@@ -136,6 +136,9 @@ class KeyboardTeleop:
             line = "this key does nothing: another keyboard layout? Use the letters above, or arrows"
         columns = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else 0
         _write(f"\r{line[:columns - 1] if columns > 1 else line}\x1b[K")
+
+    def _releaser(self):
+        return "the class's page" if "/fleet_node" in self._stop.pressed_by else "Ctrl-U"
 
     def _trouble(self):
         """The worst error, silence or warning of the guard, in its own words; it may not concern the motion."""

@@ -58,7 +58,7 @@ install_packages() {
     name=$(system_name)
     row=$(system_row "$name")
     case $row:$(opt_ros) in
-        :*) fail "$name is not in setup/systems.txt: install these packages, or what they are called here, by hand: ${missing[*]}" ;;
+        :*) fail "$name is not in setup/systems.txt: install these packages by hand: ${missing[*]}" ;;
         *"|Debian|"*:* | *:/opt/*) ;;
         *) fail "no ROS 1 in /opt/ros: docs/reference.md, \"Systems\", tells how it comes to $name" ;;
     esac
@@ -219,7 +219,7 @@ forget_another_place() {
     place=$(cat "$WORK/place" 2>/dev/null || echo "$ROOT $WORK")
     if [ "$place" != "$ROOT $WORK" ]; then
         groups=$(find "$WORK/venv/setup" "$WORK/tools/setup" -type f -printf '%f ' 2>/dev/null || true)
-        echo "moved or copied from ${place% *}: rebuilt${groups:+; for all that was here: ./robotont setup $groups}"
+        echo "moved or copied from $place: rebuilt${groups:+; for all that was here: ./robotont setup $groups}"
         rm -rf "$WORK/build" "$WORK/devel" "$WORK/install" "$WORK/venv" "$WORK/tools" "$WORK/setup"
     fi
     echo "$ROOT $WORK" >"$WORK/place"

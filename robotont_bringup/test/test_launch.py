@@ -63,6 +63,7 @@ def test_no_program_ends_at_a_letter_that_its_terminal_lacks():
 def test_how_to_navigate_is_told_where_one_can(world, name, installed, words, monkeypatch):
     monkeypatch.setattr(launch.rospkg.RosPack, "list", lambda _self: installed)
     found = launch.navigation_step({"world": world}, name)
+    assert ("cmd_vel:=cmd_vel'" in launch.navigation_step({"world": world, "mux": "false"}, name)) == bool(words)
     assert words in found
     assert bool(found) == bool(words)
     assert "page's map" not in found, "no page runs"
@@ -85,3 +86,15 @@ def test_the_page_is_told_where_it_is_served(given, address, monkeypatch, capsys
         port = server.getsockname()[1]
         launch.show_next_steps(["teleop:=true", f"web_port:={port}", *given])
     assert f"browser: http://{address}:{port}/\n" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("given, drives", [
+    ([], True), (["mux:=false"], False), (["mux:=false", "start_mux:=true"], True)])
+def test_keys_and_page_are_told_where_a_mux_hears_them(given, drives, monkeypatch, capsys):
+    monkeypatch.setattr(launch.subprocess, "call", lambda *_args, **_keywords: 0)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        launch.show_next_steps(["teleop:=true", f"web_port:={server.getsockname()[1]}", *given])
+    told = capsys.readouterr().out
+    assert [words in told for words in ("robotont keys", "Drive it in a browser")] == [drives, drives]
+    assert "rostopic pub" in told
+    assert "{" not in told.replace("{linear: {x: 0.2}, angular: {z: 0.5}}", "")

@@ -424,6 +424,6 @@ def test_a_copied_clone_is_built_anew(tmp_path):
         (first / ".build" / group).parent.mkdir(parents=True)
         (first / ".build" / group).touch()
     shutil.copytree(str(first), str(second))
-    assert f"moved or copied from {first}: rebuilt; for all that was here: ./robotont setup fleet lint" in functions(
-        second, prepare).stdout
+    assert (f"moved or copied from {first} {first}/.build: rebuilt; for all that was here: ./robotont setup fleet lint"
+            in functions(second, prepare).stdout)
     assert not list((second / ".build").glob("*/of_first"))

@@ -58,8 +58,8 @@ def test_a_missing_package_is_named():
                             check=False, text=True, stderr=subprocess.PIPE)
     assert (result.returncode, result.stderr.strip()) == (
         1, "navigation.launch needs the ROS packages no_such_package, nor_this, which are missing: "
-        "on Ubuntu 20.04 sudo apt-get install ros-noetic-navigation; elsewhere build them from source, and source that "
-        "workspace (for ./robotont: ROBOTONT_UNDERLAY=its devel folder)")
+        "on Ubuntu 20.04 sudo apt-get install ros-noetic-navigation; elsewhere, where apt has no ros-one-navigation, "
+        "build them from source, and source that workspace (for ./robotont: ROBOTONT_UNDERLAY=its devel folder)")
 
 
 @pytest.mark.parametrize("arguments, localization", [

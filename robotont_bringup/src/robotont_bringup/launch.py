@@ -32,11 +32,12 @@ NO_MAP = ("empty", "line")  # worlds in which nothing stands
 USUAL_MASTER = ("", "http://localhost:11311", "http://127.0.0.1:11311")
 NEXT_STEPS = """
 The robot runs. {page}In another terminal{master}:
-  by keys      {robotont} keys{remapping}
-  by a topic   {robotont} shell -c 'rostopic pub -r 10 {namespace}cmd_vel geometry_msgs/Twist "{{linear: {{x: 0.2}}, angular: {{z: 0.5}}}}"'
+{keys}  by a topic   {robotont} shell -c 'rostopic pub -r 10 {namespace}cmd_vel geometry_msgs/Twist "{{linear: {{x: 0.2}}, angular: {{z: 0.5}}}}"'
 {view}{navigation}  ROS' tools   {robotont} shell    (in it rostopic, rosnode, rosrun find the robot and its packages)
 Ctrl-C here ends all of it.
 """  # noqa: E501
+KEYS = """  by keys      {robotont} keys{remapping}
+"""
 VIEW = """  see it       {robotont} rviz{argument}
 """
 NAVIGATION = """  navigate     {robotont} shell -c 'roslaunch robotont_bringup navigation.launch {arguments}'
@@ -72,15 +73,20 @@ def show_next_steps(arguments):
             socket.create_connection((address, int(port))).close()
             scheme = "https" if given.get("certificate") else "http"
             host = f"[{address}]" if ":" in address else address
-            page = f"Drive it in a browser: {scheme}://{host}:{port}/\n"
+            page = f"{'Drive' if has_mux(given) else 'See'} it in a browser: {scheme}://{host}:{port}/\n"
         time.sleep(0.5)
     master = os.environ.get("ROS_MASTER_URI", "")
     print(NEXT_STEPS.format(
         page=page, robotont=ROBOTONT, namespace=namespace, navigation=navigation_step(given, name),
-        remapping=f" __ns:=/{name}" if name else "",
+        keys=KEYS.format(robotont=ROBOTONT, remapping=f" __ns:=/{name}" if name else "") if has_mux(given) else "",
         view="" if given.get("rviz") == "true" else VIEW.format(
             robotont=ROBOTONT, argument=f" --namespace {name}" if name else ""),
         master="" if master in USUAL_MASTER else f", after  export ROS_MASTER_URI={master}"), flush=True)
+
+
+def has_mux(given):
+    """Whether a hand is heard."""
+    return given.get("mux") != "false" or given.get("teleop") == given.get("start_mux") == "true"
 
 
 def navigation_step(given, name):
@@ -93,6 +99,7 @@ def navigation_step(given, name):
         return ""
     arguments = "localization:=fake map:=none"  # the simulator publishes the world's own
     arguments += f" namespace:={name}" if name else ""
+    arguments += "" if has_mux(given) else " cmd_vel:=cmd_vel"
     page = "press long on the page's map, or " if given.get("teleop") == "true" else ""
     return NAVIGATION.format(robotont=ROBOTONT, arguments=arguments, page=page)
 

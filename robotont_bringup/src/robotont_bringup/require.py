@@ -38,8 +38,9 @@ def words(launch_file, packages, debian_package=None):
     """One line with the packages that a launch file lacks, and how to get them."""
     several = len(packages) > 1
     them = "them" if several else "it"
-    remedy = f"on Ubuntu 20.04 sudo apt-get install {debian_package}; elsewhere build {them} from source, and source " \
-        "that workspace (for ./robotont: ROBOTONT_UNDERLAY=its devel folder)" if debian_package \
+    remedy = f"on Ubuntu 20.04 sudo apt-get install {debian_package}; elsewhere, where apt has no " \
+        f"{debian_package.replace('noetic', 'one')}, build {them} from source, and source that workspace " \
+        "(for ./robotont: ROBOTONT_UNDERLAY=its devel folder)" if debian_package \
         else f"build {them} in this workspace"
     return (f"{launch_file} needs the ROS package{'s' if several else ''} {', '.join(packages)}, "
             f"which {'are' if several else 'is'} missing: {remedy}")

@@ -32,8 +32,7 @@ HEAD = """<!-- Written by docs/draw_tables.py: `./robotont docs`. -->
 
 # Reference: nodes, parameters, launch files, systems
 
-A namespace is put before names of topics that begin with no `/`. Most nodes publish on `/diagnostics`, too. Beside a
-parameter stands its default, behind the meaning a number's bounds.
+A namespace is put before names of topics that begin with no `/`.
 
 A node reads its parameters as it starts. After `rosparam set`, end it by `rosnode kill NODE`. Nodes of `robot.launch`
 start again; `web_teleop_node` and `simulator_node` end their whole launch. `camera_node` ends for good.
@@ -101,7 +100,7 @@ def nodes():
 def launch_files():
     """Lines about every launch file."""
     yield from ("", "## Launch files", "", "`roslaunch robotont_bringup FILE name:=value ...`. roslaunch ignores a "
-                "misspelt name; `roslaunch --ros-args robotont_bringup FILE` lists a file's own (none is required). "
+                "misspelt name; `roslaunch --ros-args robotont_bringup FILE` lists a file's own. "
                 "Most files have `namespace`, too: put before the names of topics, for two robots on one master.")
     for file in sorted((FOLDER.parent / "launch").glob("*.launch")):
         comment = re.search(r"<!--\s*(.*?)\s*-->", file.read_text(), re.DOTALL)[1]

@@ -13,7 +13,7 @@ from robotont_map_navigation import relocalize
 from robotont_map_navigation.floor_map import FloorMap
 from robotont_map_navigation.goal import Status
 from robotont_map_navigation.readings import rays_of
-from robotont_map_navigation.scan_fit import fit, fit_nearby, search
+from robotont_map_navigation.scan_fit import Found, fit, fit_nearby, search
 from robotont_testing.bus import transform
 
 MAP = FloorMap(walled(40, 80), CELL, (-1.0, -1.0, 0.0))
@@ -180,3 +180,11 @@ def test_in_a_room_that_looks_alike_from_both_its_ends_relocalize_tells_amcl_not
     robot = Turning(monkeypatch, room(), (1.0, 1.2, 0.3))
     status, words = robot.run()
     assert (status, "look alike from here" in words, robot.sent["initialpose"]) == (Status.LOST, True, [])
+
+
+def test_a_believed_place_that_fits_badly_hides_no_two_better_ones_that_look_alike(monkeypatch):
+    robot, places = Turning(monkeypatch, room(), (1.0, 1.2, 0.3)), [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0)]
+    monkeypatch.setattr(relocalize, "search", lambda *_: list(map(Found, places, (0.66, 0.80, 0.79))))
+    monkeypatch.setattr(robot, "robot_in", lambda frame: (0.0, 0.0, robot.yaw * (frame == robot.odometry)))
+    status, words = robot.run()
+    assert (status, words[:35], robot.sent["initialpose"]) == (Status.LOST, "(1.00, 0.00, 0.00) and (2.00, 0.00,", [])

@@ -61,15 +61,16 @@ class Relocalize:
                            f"no place of the map explains {LEAST:.0%} of what is seen, or no wall is seen: {ASK}")
         first = well[0]  # one before it is where amcl had it, and explains less
         others = [one for one in found if one is not first]
+        rival = max(others, key=lambda one: one.share, default=None)
         stays = believed and same_place(first.pose, believed)
-        if others and not stays and first.share - others[0].share < CLEARER:
-            return Outcome(Status.LOST, f"{Goal(*first.pose)} and {Goal(*others[0].pose)} look alike from here: {ASK}")
+        if rival and not stays and first.share - rival.share < CLEARER:
+            return Outcome(Status.LOST, f"{Goal(*first.pose)} and {Goal(*rival.pose)} look alike from here: {ASK}")
         self._pose.publish(told_pose(floor_map.frame, first.pose))
         if not wait_for(lambda: same_place(self._frames.robot_in(floor_map.frame) or (1e9, 0, 0), first.pose), WAIT):
             return Outcome(Status.NOT_THERE, f"found {Goal(*first.pose)}, but nobody takes it there: is amcl alive?")
         if not wait_for(lambda: not self._trouble.message.data, WAIT):
             return Outcome(Status.LOST, f"found {Goal(*first.pose)}, but {self._trouble.message.data}: {ASK}")
-        elsewhere = max((other.share for other in others), default=0.0)
+        elsewhere = rival.share if rival else 0.0
         room = "; amcl had it there: the room has changed, or it is elsewhere" * bool(stays and elsewhere > first.share)
         return Outcome(Status.DONE, f"found at {Goal(*first.pose)}: the map explains {first.share:.0%} of what is "
                        f"seen, at other places {elsewhere:.0%} at most{room}")

@@ -49,7 +49,7 @@ def parser():
                        "NAME.PART; default: all")
     found.add_argument("--json", metavar="FILE", help="write the rows there as well; - for standard output, alone")
     found.add_argument("--rounds", type=int, default=3, help="of driver and thumbs (3)")
-    found.add_argument("--seconds", type=float, default=10.0, help="driver: length of a round (10)")
+    found.add_argument("--seconds", type=float, default=10.0, help="driver.latency: length of a round (10)")
     found.add_argument("--speeds", type=float, nargs="+", metavar="SPEED", default=(0.1, 0.3, 0.5, 0.8, 1.0),
                        help="motion: [m/s] (0.1 0.3 0.5 0.8 1)")
     found.add_argument("--picture", metavar="FILE", default="motion.png", help="motion.paths: draw there (motion.png)")

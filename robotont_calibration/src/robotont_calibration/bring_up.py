@@ -35,8 +35,8 @@ class BringUp:
         health = self._reader.health
         needed = ".".join(map(str, self.needed))
         if health.identity is None:
-            raise ValueError(f"no answer from this project's firmware, from {needed} on (./robotont flash); other "
-                               "boards cannot drive one motor alone")
+            raise ValueError(f"no answer from this project's firmware, from {needed} on (./robotont flash); this "
+                               "test drives no other board")
         if health.obstacle:
             raise ValueError(health.obstacle)
         if tuple(map(int, health.identity.version.split(".")[:2])) < self.needed:

@@ -1,7 +1,7 @@
 """Shows which wheel counts which way while you turn it by hand.
 
-It listens to the board, of any firmware since March 2020, and sends nothing, so the motors stay off; but with
---bring-up, which drives one motor after another.
+It listens to the board, of any firmware since March 2020, and sends nothing, so no wheel starts by itself; generation 3
+holds its wheels. With --bring-up it drives one motor after another.
 """
 
 import math

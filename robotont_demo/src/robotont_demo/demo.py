@@ -22,7 +22,7 @@ from robotont_driver.parameters.argument_parser import ArgumentParser
 from robotont_driver.robots.robot_folder import read_robot
 
 STOPPING = 100     # poses of the odometry in which the robot comes to stand
-BAD_BYTES = 0.001  # share of the board's bytes that the line spoils
+BAD_BYTES = 0.001  # share of bytes that the line spoils
 
 
 def parse(words):
@@ -93,7 +93,7 @@ def main():
         signal.signal(ending, signal.default_int_handler)
     options = parse(sys.argv[1:])
     print(f"driving the simulator, robot {options.robot.folder.name}: a square of 1 m, then a circle while turning "
-          f"(up to a minute);\nthe demo itself spoils {100 * BAD_BYTES:g} % of the board's bytes on the way",
+          f"(up to a minute);\nthe demo itself spoils {100 * BAD_BYTES:g} % of the line's bytes",
           flush=True)
     try:
         good = run(options)

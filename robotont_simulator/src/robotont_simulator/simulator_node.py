@@ -197,7 +197,7 @@ class SimulatorNode:
             return ERROR, f"the simulation has ended by an error, start it again: {self._died}", values
         if new:
             return WARN, f"time was skipped {new} times: this machine is too slow, or busy", values
-        return OK, "in real time", values
+        return OK, "no time was skipped", values
 
     def _stop(self):
         """End the loop, then the port. Called when ROS begins to shut down."""

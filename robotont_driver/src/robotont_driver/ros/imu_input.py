@@ -73,5 +73,5 @@ class ImuInput:
         elif self._up is None:
             words = (f"TF has no transform from {self._frame!r} to {self._base_frame}: {self._trouble}; publish it, "
                      "e.g. with static_transform_publisher")
-        return (WARN, f"{words}; then the heading comes from the wheels", values) if words else (
+        return (WARN, f"{words}; without it the heading comes from the wheels", values) if words else (
             OK, "takes part in the heading", values)

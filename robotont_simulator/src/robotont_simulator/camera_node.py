@@ -25,7 +25,7 @@ PARAMETERS = (
     Parameter("height", 240, "of the pictures", "pixels", minimum=16, maximum=1080),
     Parameter("rate", 15.0, "pictures per second", "Hz", minimum=0.1, maximum=60.0),
     Parameter("field_of_view", 1.5708, "from the left to the right edge", "rad", minimum=0.1, maximum=3.0),
-    Parameter("samples", 0, "per pixel: 4 smooths edges, 16 serves the angles of far tags; more take longer",
+    Parameter("samples", 0, "per pixel: 4 smooths edges, 16 serves the angles of far tags",
               minimum=0, maximum=16),
     Parameter("frame_prefix", "", "before the names of frames"),
     ROBOTS,

@@ -45,7 +45,8 @@ PARAMETERS = (
     Parameter("slip_limit", 6.0, "standard deviations by which a wheel may disagree with the others, or with a "
               "gyro, over 0.5 s; beyond, it slips (three wheels need the gyro); 0 = no search", "",
               minimum=0.0, maximum=100.0),
-    Parameter("imu", "", "topic of a gyro (sensor_msgs/Imu) for the heading, with its mounting in TF; empty: none"),
+    Parameter("imu", "", "topic of a gyro (sensor_msgs/Imu) for the heading, with its mounting in TF; empty, or with "
+              "packet_period 0: none"),
     Parameter("gyro_noise", 2.5e-4, "density of the gyro's noise", "rad/s/sqrt(Hz)", minimum=1e-7, maximum=1.0),
     Parameter("gyro_scale", 1.0, "rate that the gyro reports when the robot turns at 1 rad/s", "rad/s", minimum=0.5,
               maximum=2.0, reason="a gyro that is farther off is broken"),

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from robotont_description.geometry import rotation_of, seen_from_above
+from robotont_description.mounted import rotation_of, seen_from_above
 
 
 @pytest.mark.parametrize(("roll", "pitch", "yaw", "seen"), [

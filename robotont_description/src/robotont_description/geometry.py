@@ -1,4 +1,4 @@
-"""The robot's sizes, from its wheel parameters and urdf/sizes.yaml, and how what is mounted on it lies.
+"""The robot's sizes, from its wheel parameters and urdf/sizes.yaml.
 
 A body of two round plates: the lower one within the wheels, the upper one above them. The model in urdf/ is drawn from
 the same two files.
@@ -11,7 +11,6 @@ import socket
 import sys
 from pathlib import Path
 
-import numpy as np
 import rospkg
 
 from robotont_driver.parameters.yaml_file import read_mapping
@@ -66,23 +65,6 @@ def camera_place(wheels):
     """(x, z) [m] of the frame `camera_link` in base_link."""
     return (upper_plate_radius(wheels) - sizes()["camera_behind_edge"],
             deck_height(wheels) + sizes()["camera_above_deck"])
-
-
-def rotation_of(quaternion):
-    """3 x 3 rotation matrix of a quaternion with attributes x, y, z, w: for what hangs or tilts and has no mere yaw."""
-    x, y, z, w = quaternion.x, quaternion.y, quaternion.z, quaternion.w
-    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
-
-
-def seen_from_above(rotation, angles):
-    """(angles [rad], shares) of a scanner's rays as they lie on the floor, for its 3 x 3 `rotation`; angles: N.
-
-    What hangs upside down is mirrored, and what tilts shortened: a share is that of the ray's length.
-    """
-    x, y = np.dot(np.asarray(rotation)[:2, :2], (np.cos(angles), np.sin(angles)))
-    return np.arctan2(y, x), np.hypot(x, y)
 
 
 def radius_of(whose):

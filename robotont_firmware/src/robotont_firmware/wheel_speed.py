@@ -31,22 +31,24 @@ HEAT = const(24)  # and what `reset` keeps of it: torque above the continuous on
 _TURNED_ROUND = const(25)  # [periods] for which it is remembered that the wheel was
 _SOFTNESS = const(26)  # halvings of what counts ask for: an encoder that counts too much makes it swing
 _LOOSE = const(27)  # [periods] for which it is only shorted: what should brake it made it faster
-_STATIC = const(28)  # and of the configuration
-_LOAD = const(29)
-_GAIN = const(30)
-_FORWARD = const(31)  # what a speed more takes; 0 with drivers that coast
-_P = const(32)
-_I = const(33)
-_FOLLOW = const(34)
-_LEAD = const(35)
-_MAX_EFFORT = const(36)
-_MAX_TORQUE = const(37)
-_CONTINUOUS = const(38)
-_MAX_HEAT = const(39)
-_STIFFNESS = const(40)
-_FREE = const(41)
-_CREEPS = const(42)
-_SECOND = const(43)
+_ROLLS = const(28)  # [periods] for which it is shorted, and gets no slower
+_LEAST = const(29)  # than this speed, the least of them
+_STATIC = const(30)  # and of the configuration
+_LOAD = const(31)
+_GAIN = const(32)
+_FORWARD = const(33)  # what a speed more takes; 0 with drivers that coast
+_P = const(34)
+_I = const(35)
+_FOLLOW = const(36)
+_LEAD = const(37)
+_MAX_EFFORT = const(38)
+_MAX_TORQUE = const(39)
+_CONTINUOUS = const(40)
+_MAX_HEAT = const(41)
+_STIFFNESS = const(42)
+_FREE = const(43)
+_CREEPS = const(44)
+_SECOND = const(45)
 
 
 @micropython.viper
@@ -160,6 +162,40 @@ def warm(numbers, effort: int, speed: int, periods: int):
     n[HEAT] = most if heat > most else heat if heat > 0 else 0
 
 
+@micropython.viper
+def is_doubted(numbers, fast: int, slow: int, held: int, ahead: int, periods: int) -> int:
+    """Return whether a wheel that turns with `fast`, and shall stop, is not to be braked by what it counts.
+
+    Until it was slow only one that turns as it was driven is, unless it is `held`: its encoder may be reversed. Nor is
+    one that was seen to count against its effort. Who gets no slower for half a second then rolls down a slope, and is
+    braked; once that has stopped it, it is proved.
+    """
+    n = ptr32(numbers)
+    doubted, rolls = 0, n[_ROLLS]
+    patience = n[_SECOND] >> 1
+    if held and (n[_PROVED] == 2 or (n[_PROVED] == 0 and not slow)):
+        doubted = 1
+    if not held and ahead <= 0:
+        doubted = 1
+    if fast == 0:
+        if rolls > patience:
+            doubted = 0
+            n[_PROVED] = 1
+        rolls = 0
+    elif doubted and rolls <= patience:
+        if rolls == 0 or fast < n[_LEAST] - (n[_LEAST] >> 3):
+            rolls = 0
+            n[_LEAST] = fast
+        rolls += periods
+    if rolls > patience:
+        doubted = 0
+    if n[_LOOSE]:
+        doubted = 1
+        rolls = 0
+    n[_ROLLS] = rolls
+    return doubted
+
+
 class Pid:
     """One wheel, by the `Numbers` of a configuration.
 
@@ -194,9 +230,7 @@ class Pid:
 
         brake: the gain, or less.
 
-        Never along the motion that is counted. Until it was slow, and unless it `holds`, only a wheel that turns as it
-        was driven gets effort: with a reversed encoder it is shorted. So is one that was seen to count against its
-        effort.
+        Never along the motion that is counted. Who `is_doubted` is only shorted.
         """
         numbers = self.n
         n, sign = ptr32(numbers), int(SIGN)
@@ -209,19 +243,20 @@ class Pid:
             fault = int(rest_fault(numbers, speed, periods))
         self.fault = fault
         fast, edge = speed if speed > 0 else 0 - speed, n[_EDGE]
-        slow, ahead = fast <= n[_CREEPS], speed * (n[_DIRECTION] << sign >> sign)
+        slow, ahead = 1 if fast <= n[_CREEPS] else 0, speed * (n[_DIRECTION] << sign >> sign)
         if slow:
             n[_HELD] = 1
         held = n[_HELD] if holds else 0
         grown, left = speed - earlier if speed > 0 else earlier - speed, n[_LOOSE] - periods
         if grown > edge and not slow and ((before > 1 and speed < 0) or (before < -1 and speed > 0)):
             left = n[_SECOND] >> 1
+            n[_PROVED] = 2
         n[_LOOSE] = left if left > 0 else 0
         effort = -1 if speed > 0 else 1  # a driver that can brakes, whatever is counted; it turns nothing
         away, most = n[_AWAY] << sign >> sign, (n[_MAX_TORQUE] << 16) // n[_STIFFNESS]
         away = away + speed * periods if held else 0
         away = most if away > most else 0 - most if away < 0 - most else away
-        if n[_LOOSE] or (held and (n[_PROVED] == 2 or (n[_PROVED] == 0 and not slow))) or (not held and ahead <= 0):
+        if int(is_doubted(numbers, fast, slow, held, ahead, periods)):
             away = 0
         else:
             clear, most = fast - edge, 536870912 // (brake + 1)

@@ -143,6 +143,34 @@ def test_behind_a_drive_too_slow_to_prove_anything_a_slope_rolls_no_wheel():
     assert rolled < 100, rolled
 
 
+def test_zeros_stop_who_rolls_down_a_slope_already():
+    """load: 25 units are 5 degrees, 31 are 8. It was let roll, restarted there, or pushed back as zeros came."""
+    for settings, motor, most, loads in (
+        (Config(), {"driver": BRAKE}, 1600, (18, 25, 31)),
+        (profile(pin_profile_vnh), {"driver": DIODE}, 1600, (10, 25)),
+        (profile(pin_profile_robotont21), {"driver": COAST, "frequency": 100, "battery": 140}, 2400, (10, 25)),
+    ):
+        settings.MASS, settings.INERTIA, settings.RUBBING = 3576, 429000, 76
+        for load in loads:
+            for pushed in (None, 0, 4):
+                robot = Robot(settings=settings, tau=300, load=load, **motor)
+                robot.tick(25 if pushed is None else 60, None if pushed is None else "12:12:12")
+                if pushed == 0 and motor["driver"] != COAST:
+                    robot.tick(150)
+                for _ in range(pushed or 0):
+                    for wheel in robot.board.motors:
+                        wheel.speed = -10 * MICRO
+                    robot.tick(1, "12:12:12")
+                start = [wheel.turned for wheel in robot.board.motors]
+                robot.tick(200, "0:0:0")
+                end = [wheel.turned for wheel in robot.board.motors]
+                robot.tick(100, "0:0:0")
+                case = settings.PROFILE, load, pushed
+                for wheel, began, ended in zip(robot.board.motors, start, end):
+                    assert abs(ended - began) <= most, (case, ended - began)
+                    assert abs(wheel.turned - ended) <= 2, (case, wheel.turned - ended)
+
+
 def test_the_brake_obeys_the_current_limit():
     for units in (20, 60, 150, -150):
         robot = Robot()

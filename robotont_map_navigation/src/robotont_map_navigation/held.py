@@ -24,7 +24,7 @@ FREE = 0.05     # [m] of the outermost wheel, driven as commanded, after which t
 LEAST = 0.04    # [m/s] of the outermost wheel; slower commands prove nothing
 MOVES = 0.4     # of the commanded motion at least
 SILENCE = 0.5   # [s] without a measured twist or a command, and nothing is known
-MOST_COMMANDS = 1000  # that are kept where no twist comes
+MOST_COMMANDS = 100  # that are kept where no twist comes
 NOTHING = 0.0, 0.0, 0.0
 WAY, TURN, WHOLE = slice(2), slice(2, 3), slice(3)  # of a twist
 # [rad] from the direction of travel, where it may be: so little that a camera at the front sees past it, or no scan

@@ -9,7 +9,7 @@ import tf2_ros
 from geometry_msgs.msg import Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion
 from std_msgs.msg import Header
 
-from robotont_description.geometry import rotation_of, seen_from_above
+from robotont_description.mounted import rotation_of, seen_from_above
 from robotont_driver.kinematics.se2 import pose_of, yaw_of
 from robotont_map_navigation.floor_map import FloorMap
 
@@ -36,7 +36,7 @@ def needed_radius():
 
 def floor_map_of(message):
     """FloorMap of a nav_msgs/OccupancyGrid."""
-    cells = np.array(message.data, np.int8).reshape(message.info.height, message.info.width)
+    cells = np.asarray(message.data, np.int8).reshape(message.info.height, message.info.width)
     return FloorMap(cells, message.info.resolution, pose_of(message.info.origin), message.header.frame_id)
 
 

@@ -9,7 +9,8 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan, Range
 from tf2_msgs.msg import TFMessage
 
-from robotont_description.geometry import body, rotation_of
+from robotont_description.geometry import body
+from robotont_description.mounted import rotation_of
 from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import ParameterError, is_number
 from robotont_driver.ros.server_parameters import running_wheels

@@ -9,7 +9,7 @@ import numpy as np
 import rospy
 from tf2_msgs.msg import TFMessage
 
-from robotont_description.geometry import rotation_of
+from robotont_description.mounted import rotation_of
 from robotont_driver.link.boot_clock import boot_time
 
 STALE = 1.0       # [s] a transform that has not come for so long is no place

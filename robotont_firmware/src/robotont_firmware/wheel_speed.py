@@ -27,12 +27,12 @@ _HELD = const(20)  # whether it came to rest, and is kept there
 _IDLE = const(21)  # [periods] without an edge
 _AWAY = const(22)  # [fine units] by which it was moved while it should stand
 _PROVED = const(23)  # whether it was seen to follow its effort: 1; 2: against it, as a reversed encoder counts
-HEAT = const(24)  # and what `reset` keeps of it: torque above the continuous one, squared and summed;
-_TURNED_ROUND = const(25)  # [periods] for which it is remembered that the wheel was
-_SOFTNESS = const(26)  # halvings of what counts ask for: an encoder that counts too much makes it swing
-_LOOSE = const(27)  # [periods] for which it is only shorted: what should brake it made it faster
-_ROLLS = const(28)  # [periods] for which it is shorted, and gets no slower
-_LEAST = const(29)  # than this speed, the least of them
+_ROLLS = const(24)  # [periods] for which it is only shorted, and then tried to be braked, and gets no slower
+_LEAST = const(25)  # than this speed, the least of them
+HEAT = const(26)  # and what `reset` keeps of it: torque above the continuous one, squared and summed;
+_TURNED_ROUND = const(27)  # [periods] for which it is remembered that the wheel was
+_SOFTNESS = const(28)  # halvings of what counts ask for: an encoder that counts too much makes it swing
+_LOOSE = const(29)  # [periods] for which it is only shorted: what should brake it made it faster
 _STATIC = const(30)  # and of the configuration
 _LOAD = const(31)
 _GAIN = const(32)
@@ -167,12 +167,12 @@ def is_doubted(numbers, fast: int, slow: int, held: int, ahead: int, periods: in
     """Return whether a wheel that turns with `fast`, and shall stop, is not to be braked by what it counts.
 
     Until it was slow only one that turns as it was driven is, unless it is `held`: its encoder may be reversed. Nor is
-    one that was seen to count against its effort. Who gets no slower for half a second then rolls down a slope, and is
-    braked; once that has stopped it, it is proved.
+    one that was seen to count against its effort. Who gets no slower for half a second then rolls down a slope: it is
+    tried to be braked. Once that has stopped it, it is proved. Who gets no slower by that either counts backward.
     """
     n = ptr32(numbers)
     doubted, rolls = 0, n[_ROLLS]
-    patience = n[_SECOND] >> 1
+    patience, trial = n[_SECOND] >> 1, n[_SECOND] >> 3
     if held and (n[_PROVED] == 2 or (n[_PROVED] == 0 and not slow)):
         doubted = 1
     if not held and ahead <= 0:
@@ -182,13 +182,20 @@ def is_doubted(numbers, fast: int, slow: int, held: int, ahead: int, periods: in
             doubted = 0
             n[_PROVED] = 1
         rolls = 0
-    elif doubted and rolls <= patience:
+    elif doubted:
         if rolls == 0 or fast < n[_LEAST] - (n[_LEAST] >> 3):
-            rolls = 0
             n[_LEAST] = fast
+            rolls = patience if rolls > patience else 0
+        waits = rolls <= patience
         rolls += periods
-    if rolls > patience:
-        doubted = 0
+        if rolls > patience:
+            if waits:
+                n[_LEAST] = fast
+                rolls = patience + 1
+            doubted = 0
+        if rolls > patience + trial:
+            n[_PROVED] = 2
+            n[_LOOSE] = patience
     if n[_LOOSE]:
         doubted = 1
         rolls = 0
@@ -250,7 +257,6 @@ class Pid:
         grown, left = speed - earlier if speed > 0 else earlier - speed, n[_LOOSE] - periods
         if grown > edge and not slow and ((before > 1 and speed < 0) or (before < -1 and speed > 0)):
             left = n[_SECOND] >> 1
-            n[_PROVED] = 2
         n[_LOOSE] = left if left > 0 else 0
         effort = -1 if speed > 0 else 1  # a driver that can brakes, whatever is counted; it turns nothing
         away, most = n[_AWAY] << sign >> sign, (n[_MAX_TORQUE] << 16) // n[_STIFFNESS]
@@ -305,7 +311,7 @@ class Pid:
             n[_PROVED] = 2
         if setpoint != 0:
             n[_DIRECTION] = 1 if setpoint > 0 else -1
-        n[_HELD] = n[_AWAY] = 0
+        n[_HELD] = n[_AWAY] = n[_ROLLS] = 0
         n[_EFFORT] = effort
         warm(numbers, effort, speed, periods)
         return effort

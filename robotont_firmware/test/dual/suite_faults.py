@@ -143,11 +143,35 @@ def test_behind_a_drive_too_slow_to_prove_anything_a_slope_rolls_no_wheel():
     assert rolled < 100, rolled
 
 
+def test_a_hand_that_rolls_a_reversed_wheel_does_not_start_it():
+    """It looks like a slope, and is tried to be braked: that drives it on, and is given up."""
+    for settings, motor in (
+        (Config(), {"driver": BRAKE}),
+        (profile(pin_profile_vnh), {"driver": DIODE}),
+        (profile(pin_profile_robotont21), {"driver": COAST, "frequency": 100, "battery": 140}),
+    ):
+        for tau in (60, 300):
+            for hand in (20, 50, 80):
+                robot = Robot(settings=settings, tau=tau, **motor)
+                wheel = robot.board.motors[0]
+                wheel.encoder = REVERSED
+                robot.tick(20, "0:0:0")
+                for period in range(40):
+                    for each in robot.board.motors:
+                        each.speed = hand * MICRO
+                    robot.tick(1, "0:0:0" if period % 10 == 0 else None)
+                robot.board.sent = b""
+                robot.tick(250, "0:0:0")
+                turned = wheel.turned
+                robot.tick(50, "0:0:0")
+                assert abs(wheel.turned - turned) <= 3, (settings.PROFILE, tau, hand, wheel.turned - turned)
+
+
 def test_zeros_stop_who_rolls_down_a_slope_already():
     """load: 25 units are 5 degrees, 31 are 8. It was let roll, restarted there, or pushed back as zeros came."""
     for settings, motor, most, loads in (
-        (Config(), {"driver": BRAKE}, 1600, (18, 25, 31)),
-        (profile(pin_profile_vnh), {"driver": DIODE}, 1600, (10, 25)),
+        (Config(), {"driver": BRAKE}, 2200, (18, 25, 31)),
+        (profile(pin_profile_vnh), {"driver": DIODE}, 2200, (10, 25)),
         (profile(pin_profile_robotont21), {"driver": COAST, "frequency": 100, "battery": 140}, 2400, (10, 25)),
     ):
         settings.MASS, settings.INERTIA, settings.RUBBING = 3576, 429000, 76

@@ -164,11 +164,12 @@ def warm(numbers, effort: int, speed: int, periods: int):
 
 @micropython.viper
 def is_doubted(numbers, fast: int, slow: int, held: int, ahead: int, periods: int) -> int:
-    """Return whether a wheel that turns with `fast`, and shall stop, is not to be braked by what it counts.
+    """Return whether a wheel that turns with `fast`, and shall stop, is only shorted: its encoder may be reversed.
 
-    Until it was slow only one that turns as it was driven is, unless it is `held`: its encoder may be reversed. Nor is
-    one that was seen to count against its effort. Who gets no slower for half a second then rolls down a slope: it is
-    tried to be braked. Once that has stopped it, it is proved. Who gets no slower by that either counts backward.
+    It may where it turns against the way it was driven, and was not slow since; where it is `held` and fast, and was
+    never seen to follow its effort; and where it was seen to count against that. Who gets no slower by an eighth for
+    half a second then rolls down a slope: a brake is tried. While each eighth of a second takes an eighth of the speed
+    that goes on; who then stands is proved. Else it counts backward.
     """
     n = ptr32(numbers)
     doubted, rolls = 0, n[_ROLLS]

@@ -69,7 +69,7 @@ class Listener:
                         "firmware of Robotont?")
             return f"lines come, but no text: {newest}; is it the right port, at the right baudrate?"
         if self._newest:
-            return f"no complete line received, only bytes such as {self._newest!r}: is the baudrate right?"
+            return f"no line that tells a protocol, the newest bytes are {self._newest!r}: is the baudrate right?"
         return "port open, but no data from the board: is it powered, and is its firmware running?"
 
 

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from robotont_driver.nodes.odom_node import fault_of_wheels
+from robotont_driver.protocol.connection import Listener
 from robotont_driver.protocol.official_boards import OLD
 from robotont_teleop.hand.fault_keys import FAULTS, fault_key
 
@@ -57,6 +58,7 @@ def test_each_key_that_a_page_names_has_its_texts():
 
 @pytest.mark.parametrize("task, words, key", [
     ("robot1/serial_com_node: link", "/dev/ttyACM0: no packet for 5 s; is the board plugged in?", "board_silent"),
+    ("serial_com_node: link", Listener().heard, "board_silent"),
     ("serial_com_node: board", OLD, "board_unknown"),
     ("serial_com_node: board", "the battery is low at 9.9 V: charge it", "battery_low"),
     ("serial_com_node: link", "60 packets come per second instead of 50 (pidControlFrequency)", "wrong_rate"),

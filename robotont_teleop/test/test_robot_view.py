@@ -1,5 +1,6 @@
 """The robot as its page sees it, and what becomes of a page's goal; without ROS."""
 
+import math
 from unittest.mock import Mock
 
 import pytest
@@ -78,6 +79,8 @@ def test_a_page_is_told_who_moves_it_what_is_near_and_where_its_map_lies(bus):
     bus.hear("cmd_vel/hand", twist(), "/keys")
     assert [bus.view.state()[key] for key in ("mover", "driven_by")] == [("program", "square"), ""], "\"\": no mux"
     assert bus.view.status()["near"] == []
+    bus.hear("cmd_vel", twist(math.nan), "/square")
+    assert bus.view.state()["mover"] == ("nobody", ""), "the driver refuses it"
     next(work for work in bus.work if work.__name__ == "_look_for_wheels")()
     bus.hear("range", Range(header=Header(frame_id="sonar"), field_of_view=0.4, min_range=0.04, max_range=4.0,
                             range=0.5))

@@ -124,6 +124,8 @@ FAULTS = (
      "Link to the board The board's cable is out, or the board is off", "Board not reached: sticks are off"),
     ({LINK: (0, ""), WHEELS: (1, "wheel 2 stands")}, "Wheels A wheel does not turn as told: is it blocked?",
      "Push a stick to drive"),
+    ({LINK: (1, "no packets")}, "Link to the board Board silent: is it switched on?",
+     "Board may not obey: try a stick"),
     ({"other: thing": (2, "it burns")}, "thing it burns", "Push a stick to drive"))
 
 

@@ -1,5 +1,5 @@
 // Who moves the robot now, and what a stick would do: from what the robot itself reports. Knows no page and no clock.
-const LIVE = ["can_drive", "can_stop", "can_take_it", "can_mix"];
+const LIVE = ["can_drive", "can_stop", "can_take_it", "can_mix", "can_try"];
 const IMMOVABLE = ["port_missing", "port_taken", "port_forbidden", "board_silent", "board_unknown"]; // faults
 
 // open: whether there is a connection; stalled: whether it is silent; state, status: newest, or null; page: own number.
@@ -28,6 +28,7 @@ function whatAStickDoes(stalled, state, status, page) {
   const links = status?.lights.filter(({name}) => name.endsWith("link")) ?? []; // of a node that was replaced, too
   const immovable = (links.length > 0 && links.every(({level}) => level === 3)) || status?.lights.some(
     ({level, key}) => level === 2 && IMMOVABLE.includes(key));
+  const doubtful = links.some(({level, key}) => (level === 1 || level === 2) && key !== "line_noisy");
   const noDriver = status?.lights.some(({key}) => key === "no_driver"); // another one may have the board
   const program = state.driven_by === "default" ? "can_take_it" : "can_mix";
   const found = [
@@ -38,7 +39,8 @@ function whatAStickDoes(stalled, state, status, page) {
     [noDriver, "can_nothing"],
     [immovable, "can_no_board"],
     [state.held.includes(page), "can_let_go"],
-    [true, {page: "can_stop", hand: "can_hand_first", navigation: "can_take_it", program}[state.mover[0]] ?? "can_drive"],
+    [true, {page: "can_stop", hand: "can_hand_first", navigation: "can_take_it", program}[state.mover[0]] ??
+      (doubtful ? "can_try" : "can_drive")],
   ];
   return found.find(([is]) => is)[1];
 }

@@ -9,7 +9,7 @@ FAULTS = tuple((key, re.compile(task + "$"), re.compile(words)) for key, task, w
     ("port_missing", "link", r"no such file|not there|not opened yet|device is gone|unplugged"),
     ("port_taken", "link", r"busy|taken|in use|another program|belongs to"),
     ("port_forbidden", "link", r"[Pp]ermission|may not open|dialout"),
-    ("board_silent", "link|wheel feedback", r"(?<!were )no packets?\b"),
+    ("board_silent", "link|wheel feedback", r"(?<!were )no packets?\b|no data from the board"),
     ("board_unknown", "link|board", r"none is a packet|another (board|robot)|does not fit|March 2020|"
                                    r"the board (drives|controls|counts)"),
     ("wrong_rate", "link|stamps", r"pidControlFrequency"),

@@ -14,6 +14,7 @@ from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import LaserScan, Range
 
 from robotont_description.geometry import body
+from robotont_driver.command.command_stream import refuse
 from robotont_driver.link.boot_clock import boot_time
 from robotont_driver.parameters.parameters import ParameterError
 from robotont_driver.ros.repeating_thread import RepeatingThread
@@ -134,7 +135,8 @@ class RobotView(RobotReports):
 
     def _on_command(self, message, topic):
         linear, angular = message.linear, message.angular
-        moves = any((linear.x, linear.y, angular.z))
+        refused = refuse((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z))
+        moves = not refused and any((linear.x, linear.y, angular.z))
         self._movers.hear(topic, connection_header(message).get("callerid", ""), moves, boot_time())
 
     def _on_range(self, message):

@@ -164,7 +164,7 @@ def test_the_recorder_tells_what_it_could_not_write_and_makes_a_folder_again_tha
         assert (level, words.startswith(f"cannot write to {run}: ")) == (ERROR, True)
         folder.unlink()
         level, words = written(record(3))
-        assert (level, words.startswith("1 messages lost: cannot write to")) == (WARN, True)
+        assert (level, words.startswith("1 messages lost, the newest: cannot write to")) == (WARN, True)
         assert [stamp for _, _, stamp in messages(bags_of(run))] == [1003.0]
 
 

@@ -70,7 +70,7 @@ def test_keys_drive_and_the_line_shows_it(keys):
     keys.type("+")
     assert keys.line.startswith("0.33 1.10 | sent")
     assert keys.type("-a\x1b[D") == pytest.approx((0.0, 0.3, 1.0))
-    assert keys.line == "0.30 1.00 | sent +0.00 +0.30 +1.00 | drives: hand | robot +0.00 +0.25 +0.00"
+    assert keys.line == "0.30 1.00 | sent +0.00 +0.30 +1.00 | mux: hand | robot +0.00 +0.25 +0.00"
     assert keys.type(after=1.0) == STOP
 
 

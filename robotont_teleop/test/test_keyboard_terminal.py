@@ -40,7 +40,7 @@ def test_space_stops_whatever_terminals_do_and_each_end_stops_the_robot():
             ends.callback(terminal.end)
             terminal.type("w")
         for terminal in terminals:
-            wait_for(lambda terminal=terminal: "drives: " in terminal.line, "its line", 60.0)
+            wait_for(lambda terminal=terminal: "| mux: " in terminal.line, "its line", 60.0)
         time.sleep(0.5)  # nothing happens
         assert not any(one.linear.x for one in heard["cmd_vel/hand"]), "a key that was typed while it started"
         try_space(terminals[0], heard["emergency_stop/pressed_by"])

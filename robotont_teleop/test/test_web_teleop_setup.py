@@ -62,7 +62,7 @@ def test_the_qr_code_on_the_terminal_leads_in():
 def test_without_a_terminal_the_token_stays_in_its_file():
     """What is printed there goes into the journal, and into a report."""
     assert invitation("http://10.0.0.5:8100/", ACCESS, terminal=False) == [
-        "token, asked for once: cat /home/robot/token"]
+        "token, asked for once: cat /home/robot/token (sudo cat, if another user's)"]
     assert invitation("http://127.0.0.1:8100/", Access(None), terminal=True) == []
 
 

@@ -121,7 +121,7 @@ def main():
     if other:
         name, process = other
         sys.exit(f"{options.launch_file}: {name} runs already on ROS master {master_uri}: {process}. Use that one, or "
-                 "end it first: Ctrl-C where it was started, sudo systemctl stop 'robotont*' for the services "
-                 "(roslaunch starts again what is killed). For another robot: namespace:=NAME; where this file has "
-                 "none, __ns:=NAME if it has that, else ROS_NAMESPACE=NAME before roslaunch")
+                 "end it first: by Ctrl-C where it was started, or services by sudo systemctl stop 'robotont*'. "
+                 "roslaunch starts again what is killed. A second robot needs a namespace: namespace:=NAME or "
+                 "__ns:=NAME, whichever the file has. A file that has neither: ROS_NAMESPACE=NAME before roslaunch")
     print("true")

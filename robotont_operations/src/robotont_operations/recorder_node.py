@@ -88,7 +88,7 @@ class RecorderNode:
         if self._trouble:
             return ERROR, self._trouble, values
         if time.monotonic() - self._dropped_at < RECENTLY:
-            return WARN, f"{self._dropped} messages lost: {self._dropped_why}", values
+            return WARN, f"{self._dropped} messages lost, the newest: {self._dropped_why}", values
         oldest = self._records[:1]
         if oldest and time.time() - oldest[0].time > RECENTLY:
             return WARN, f"nothing is written since {RECENTLY:g} s: the disk hangs, or is too slow", values

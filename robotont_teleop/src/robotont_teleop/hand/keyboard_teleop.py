@@ -44,7 +44,8 @@ keys add up (a, then q: strafe and turn)
 the opposite key stops first, then reverses
 Ctrl-C or Esc: end
 below: the speeds of a held key [m/s] [rad/s], then x y turn of what is sent,
-who drives, and how the robot moves; while keys drive, a fault or obstacle"""
+who the mux lets drive, and how the robot moves; while keys drive, instead:
+an error, a silence, or a warning of the guard"""
 
 
 class KeyboardTeleop:
@@ -127,7 +128,7 @@ class KeyboardTeleop:
         velocity, driver = self._reports.velocity, self._reports.driven_by or "?"
         robot = "no odometry" if velocity is None else _words(velocity)
         line = f"{self._keys.speeds.linear:.2f} {self._keys.speeds.angular:.2f} | "
-        line += (self._sent != STOP and self._trouble()) or f"sent {words} | drives: {driver} | robot {robot}"
+        line += (self._sent != STOP and self._trouble()) or f"sent {words} | mux: {driver} | robot {robot}"
         if self._stop.pressed:
             pass  # nothing hides it
         elif not self._command.get_num_connections():  # a robot that was started anew has another master

@@ -181,7 +181,7 @@ class CmdVelMux:
                 return
             self._driver = driver
             self._driven_by.publish(driver)
-        rospy.loginfo("who drives: %s", driver)
+        rospy.loginfo("drives through the mux: %s", driver)
 
     def _look_for_others(self):
         """Find other publishers of cmd_vel, and a robot that came later, or is another; returns the time to rest."""
@@ -216,11 +216,11 @@ class CmdVelMux:
             not self._driver_node.get_num_connections() and "no driver_node of this project hears its commands",
             pressed_by and f"emergency stop, pressed by {pressed_by}",
             self._others and (driver in self._timeouts or len(self._others) > 1) and
-            f"{', '.join(self._others)} also on cmd_vel: commands mix (cmd_vel:=cmd_vel/default)",
+            f"{', '.join(self._others)} also on cmd_vel: commands may mix (cmd_vel:=cmd_vel/default)",
             ignored and "ignored: " + "; ".join(ignored),
             refusal and "command refused: " + refusal,
-            barred and f"{', '.join(barred)} must stop once after the emergency stop before driving; or call "
-                       f"{rospy.get_name()}/give_back",
+            barred and f"a sender on {', '.join('cmd_vel/' + name for name in barred)} must stop once after the "
+                       f"emergency stop before driving; or call {rospy.get_name()}/give_back",
         )
         words = next(filter(None, warnings), "")
         also = f" by hand or goal; on cmd_vel: {', '.join(self._others)}" if self._others else ""

@@ -92,7 +92,7 @@ def invitation(url, access, terminal):
     if access.token is None:
         return []
     if not terminal:
-        return [f"token, asked for once: cat {access.file}"]
+        return [f"token, asked for once: cat {access.file} (sudo cat, if another user's)"]
     sys.stdout.reconfigure(errors="replace")  # a terminal without UTF-8 shows the token alone
     import qrcode  # here: of 4.5 MiB, which fleet_node does not need
     code = qrcode.QRCode(border=2)

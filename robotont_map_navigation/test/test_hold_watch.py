@@ -98,7 +98,7 @@ def test_the_words_tell_the_part_that_is_held():
     for look in range(200):
         watch.command((0.3, 0.0, 0.4), look * PERIOD)
         words = words or watch.measure((0.3, 0.0, 0.0), look * PERIOD, look * PERIOD)[1]
-    assert "it was to move at 0.08 m/s, and its wheels moved it at 0.00 m/s" in words
+    assert "it was to turn at 0.40 rad/s, and its wheels turned it at 0.00 rad/s" in words
     assert watch.turn_alone
 
 

@@ -79,8 +79,9 @@ def faults(exercise, run, program):
     elif not broken:
         if stands_for(run) < 0.5:
             speed, turn = run.path[-1, 4:]
-            found.append((run.end, f"does not stand at the end: still drives {speed:.2f} m/s "
-                                   f"and turns {turn:.2f} rad/s"))
+            still = abs(speed) <= STILL and abs(turn) <= STILL_TURN
+            found.append((run.end, "stands for less than half a second at the end" if still else
+                          f"does not stand at the end: still drives {speed:.2f} m/s and turns {turn:.2f} rad/s"))
         missed = exercise.goal(run)
         if missed:
             late = "the time is over; " if run.end >= exercise.limit else ""

@@ -1,4 +1,4 @@
-"""scan_to_distance: a scan in, the distances of its three sectors out, as the course exercises expect them."""
+"""scan_to_distance: a scan in, the distances of its three sectors out, as the makers' courses expect them."""
 
 import math
 

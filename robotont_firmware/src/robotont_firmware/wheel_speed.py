@@ -26,7 +26,7 @@ _DIRECTION = const(19)  # in which it was driven last
 _HELD = const(20)  # whether it came to rest, and is kept there
 _IDLE = const(21)  # [periods] without an edge
 _AWAY = const(22)  # [fine units] by which it was moved while it should stand
-_PROVED = const(23)  # whether it was seen to follow its effort: 1; 2: against it, as a reversed encoder counts
+_PROVED = const(23)  # 1: it was seen to follow its effort; 2: against it, as a reversed encoder counts; 3: in a trial
 _ROLLS = const(24)  # [periods] for which it is only shorted, and then tried to be braked, and gets no slower
 _LEAST = const(25)  # than this speed, the least of them
 HEAT = const(26)  # and what `reset` keeps of it: torque above the continuous one, squared and summed;
@@ -168,20 +168,21 @@ def is_doubted(numbers, fast: int, slow: int, held: int, ahead: int, periods: in
 
     It may where it turns against the way it was driven, and was not slow since; where it is `held` and fast, and was
     never seen to follow its effort; and where it was seen to count against that. Who gets no slower by an eighth for
-    half a second then rolls down a slope: a brake is tried. While each eighth of a second takes an eighth of the speed
-    that goes on; who then stands is proved. Else it counts backward.
+    half a second then rolls down a slope: a brake is tried. While each quarter of a second takes an eighth of the
+    speed that goes on. Else it counts backward, and the next trial comes after four seconds: each may drive it on.
     """
     n = ptr32(numbers)
     doubted, rolls = 0, n[_ROLLS]
-    patience, trial = n[_SECOND] >> 1, n[_SECOND] >> 3
-    if held and (n[_PROVED] == 2 or (n[_PROVED] == 0 and not slow)):
+    patience = n[_SECOND] << 2 if n[_PROVED] == 3 else n[_SECOND] >> 1
+    trial = (n[_SECOND] >> 2) + 1
+    if held and (n[_PROVED] >= 2 or (n[_PROVED] == 0 and not slow)):
         doubted = 1
     if not held and ahead <= 0:
         doubted = 1
     if fast == 0:
         if rolls > patience:
             doubted = 0
-            n[_PROVED] = 1
+            n[_PROVED] = 0  # a hand may have stopped it
         rolls = 0
     elif doubted:
         if rolls == 0 or fast < n[_LEAST] - (n[_LEAST] >> 3):
@@ -195,9 +196,10 @@ def is_doubted(numbers, fast: int, slow: int, held: int, ahead: int, periods: in
                 rolls = patience + 1
             doubted = 0
         if rolls > patience + trial:
-            n[_PROVED] = 2
-            n[_LOOSE] = patience
+            n[_LOOSE] = n[_SECOND] >> 1
     if n[_LOOSE]:
+        if rolls > patience:
+            n[_PROVED] = 3
         doubted = 1
         rolls = 0
     n[_ROLLS] = rolls

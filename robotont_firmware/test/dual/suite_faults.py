@@ -170,8 +170,8 @@ def test_a_hand_that_rolls_a_reversed_wheel_does_not_start_it():
 def test_zeros_stop_who_rolls_down_a_slope_already():
     """load: 25 units are 5 degrees, 31 are 8. It was let roll, restarted there, or pushed back as zeros came."""
     for settings, motor, most, loads in (
-        (Config(), {"driver": BRAKE}, 2200, (18, 25, 31)),
-        (profile(pin_profile_vnh), {"driver": DIODE}, 2200, (10, 25)),
+        (Config(), {"driver": BRAKE}, 2600, (18, 25, 31)),
+        (profile(pin_profile_vnh), {"driver": DIODE}, 2600, (10, 25)),
         (profile(pin_profile_robotont21), {"driver": COAST, "frequency": 100, "battery": 140}, 2400, (10, 25)),
     ):
         settings.MASS, settings.INERTIA, settings.RUBBING = 3576, 429000, 76

@@ -36,7 +36,7 @@ PASSED = 0.05, 5.0  # [m] driven, or [s] gone by, since a touch, after which not
 class HoldWatch:
     """Compares what is commanded with what the wheels measure; without ROS.
 
-    radius: [m] from the middle to the wheels; lag [s], least [m/s]: LAG, LEAST. Twists are (v_x [m/s], v_y [m/s],
+    radius: [m] by which a turn counts as a speed; lag [s], least [m/s]: LAG, LEAST. Twists are (v_x [m/s], v_y [m/s],
     omega [rad/s]). Times [s]: `now`, of this computer; `stamp`, when a twist was measured, on the same clock.
     """
 
@@ -82,8 +82,10 @@ class HoldWatch:
         length, moved = math.hypot(*newest[part]), _along(newest[part], measured[part])
         self._since, self._stands_until = None, now + STAND
         self._tries, self._way = self._tries % TRIES + 1, 0.0
-        words = (f"something holds the robot: {TRIES} times it was to move at {length:.2f} m/s, and its wheels moved "
-                 f"it at {moved:.2f} m/s; look before it and at its wheels")
+        does, moves, unit = ("turn", "turned", "rad/s") if self.turn_alone else ("move", "moved", "m/s")
+        size = self._radius if self.turn_alone else 1.0
+        words = (f"something holds the robot: {TRIES} times it was to {does} at {length / size:.2f} {unit}, and its "
+                 f"wheels {moves} it at {moved / size:.2f} {unit}; look before it and at its wheels")
         return True, (words if self._tries == TRIES else "")
 
     def _lags(self, part, newest, measured):

@@ -21,8 +21,8 @@ PERIOD = 0.1     # [s] between two commands
 STUCK = 3.0      # [s] without a tenth of the turn that is due, and something holds the robot
 RUN_OUT = 0.5    # [s] after the turn, until the robot stands
 WAIT = 10.0      # [s] for map, scan and transforms
-LEAST = 0.7      # share of the rays that the map has to explain
-CLEARER = 0.05   # by which every other place has to explain less
+LEAST = 0.7      # share of the rays that the map has to explain, less those through walls
+CLEARER = 0.05   # by which every other place has to fit less
 ASK = "drive by hand to where more can be seen and try again, or set the pose by RViz' 2D Pose Estimate"
 
 
@@ -58,8 +58,8 @@ class Relocalize:
         well = [one for one in found if one.share >= LEAST]
         if not well:
             return Outcome(Status.LOST,
-                           f"no place of the map explains {LEAST:.0%} of what is seen, or no wall is seen: {ASK}")
-        first = well[0]  # one before it is where amcl had it, and explains less
+                           f"no place of the map fits what is seen by {LEAST:.0%}, or no wall is seen: {ASK}")
+        first = well[0]  # one before it is where amcl had it, and fits less
         others = [one for one in found if one is not first]
         rival = max(others, key=lambda one: one.share, default=None)
         stays = believed and same_place(first.pose, believed)
@@ -72,8 +72,8 @@ class Relocalize:
             return Outcome(Status.LOST, f"found {Goal(*first.pose)}, but {self._trouble.message.data}: {ASK}")
         elsewhere = rival.share if rival else 0.0
         room = "; amcl had it there: the room has changed, or it is elsewhere" * bool(stays and elsewhere > first.share)
-        return Outcome(Status.DONE, f"found at {Goal(*first.pose)}: the map explains {first.share:.0%} of what is "
-                       f"seen, at other places {elsewhere:.0%} at most{room}")
+        return Outcome(Status.DONE, f"found at {Goal(*first.pose)}: the map fits what is seen by {first.share:.0%}, "
+                       f"at other places by {elsewhere:.0%} at most{room}")
 
     def _turn(self):
         """Turn once around; an Outcome when something holds the robot."""

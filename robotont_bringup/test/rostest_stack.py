@@ -82,7 +82,8 @@ class Stack(NodeTest):
         standing = self.board.motors.counted
         seen = len(self.joints)
         wait_for(lambda: len(self.joints) > seen + 2 and self.joints[-1].position == self.joints[-2].position
-                 and standing == self.board.motors.counted and len(self.odom) >= len(self.joints), "the last counts")
+                 and standing == self.board.motors.counted
+                 and self.odom[-1].header.stamp >= self.joints[-1].header.stamp, "the last counts")
 
 
 class StackTest(Stack):

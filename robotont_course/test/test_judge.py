@@ -112,6 +112,9 @@ def test_who_never_stops_is_told_so_and_the_second():
     run = drive("distance", [(0, 0), (1.35, 0)], rest=0.0)
     (second, what), = faults(EXERCISES["distance"], run, program(run))
     assert (round(second, 1), what) == (4.5, "does not stand at the end: still drives 0.30 m/s and turns 0.00 rad/s")
+    run = drive("distance", [(0, 0), (1.35, 0)], rest=0.3)
+    assert [what for _, what in faults(EXERCISES["distance"], run, program(run))] == [
+        "stands for less than half a second at the end"]
 
 
 def test_the_first_touch_counts():

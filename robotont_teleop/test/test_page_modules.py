@@ -59,6 +59,8 @@ def test_each_key_that_a_page_names_has_its_texts():
 @pytest.mark.parametrize("task, words, key", [
     ("robot1/serial_com_node: link", "/dev/ttyACM0: no packet for 5 s; is the board plugged in?", "board_silent"),
     ("serial_com_node: link", Listener().heard, "board_silent"),
+    ("serial_com_node: link", "lines come, but of no known protocol: 'hello'; is it the right port, and does the board "
+     "run firmware of Robotont?", "board_unknown"),
     ("serial_com_node: board", OLD, "board_unknown"),
     ("serial_com_node: board", "the battery is low at 9.9 V: charge it", "battery_low"),
     ("serial_com_node: link", "60 packets come per second instead of 50 (pidControlFrequency)", "wrong_rate"),

@@ -1,9 +1,9 @@
-// Who moves the robot now, and what a stick would do: from what the robot itself reports. Knows no page and no clock.
+// Who moves the robot now, and what a stick may do: from what the robot itself reports. Knows no page and no clock.
 const LIVE = ["can_drive", "can_stop", "can_take_it", "can_mix", "can_try"];
 const IMMOVABLE = ["port_missing", "port_taken", "port_forbidden", "board_silent", "board_unknown"]; // faults
 
 // open: whether there is a connection; stalled: whether it is silent; state, status: newest, or null; page: own number.
-// {who: [key of a text, name], can: key of a text, live: whether a stick moves the robot}
+// {who: [key of a text, name], can: key of a text, live: whether a stick may move the robot}
 export function truth({open, stalled, state, status, page}) {
   if (!open || !state) {
     return {who: ["lost", ""], can: "can_nothing", live: false};
@@ -28,7 +28,7 @@ function whatAStickDoes(stalled, state, status, page) {
   const links = status?.lights.filter(({name}) => name.endsWith("link")) ?? []; // of a node that was replaced, too
   const immovable = (links.length > 0 && links.every(({level}) => level === 3)) || status?.lights.some(
     ({level, key}) => level === 2 && IMMOVABLE.includes(key));
-  const doubtful = links.some(({level, key}) => (level === 1 || level === 2) && key !== "line_noisy");
+  const doubtful = links.some(({level, key}) => level === 2 || (level === 1 && key.startsWith("board_")));
   const noDriver = status?.lights.some(({key}) => key === "no_driver"); // another one may have the board
   const program = state.driven_by === "default" ? "can_take_it" : "can_mix";
   const found = [

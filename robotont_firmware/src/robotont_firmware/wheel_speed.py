@@ -166,18 +166,18 @@ def warm(numbers, effort: int, speed: int, periods: int):
 def is_doubted(numbers, fast: int, slow: int, held: int, ahead: int, periods: int) -> int:
     """Return whether a wheel that turns with `fast`, and shall stop, is only shorted: its encoder may be reversed.
 
-    It may where it turns against the way it was driven, and was not slow since; where it is `held` and fast, and was
-    never seen to follow its effort; and where it was seen to count against that. Who gets no slower by an eighth for
-    half a second then rolls down a slope: a brake is tried. While each quarter of a second takes an eighth of the
-    speed that goes on. Else it counts backward, and the next trial comes after four seconds: each may drive it on.
+    It may where it is not `held` and does not turn as it was driven; where it is held and fast, and is not known to
+    follow its effort; and where it was seen to count against that. Who gets no slower by an eighth for half a second
+    then rolls down a slope: a brake is tried. While each quarter of a second takes an eighth of the speed that goes on.
+    Else it counts backward, or the slope is steep, and the next trial comes four seconds later: each may drive it on.
+    One that is known to follow, and gets no slower by its brake, is not known any more: driven to and fro a reversed
+    one seems to follow.
     """
     n = ptr32(numbers)
     doubted, rolls = 0, n[_ROLLS]
     patience = n[_SECOND] << 2 if n[_PROVED] == 3 else n[_SECOND] >> 1
     trial = (n[_SECOND] >> 2) + 1
-    if held and (n[_PROVED] >= 2 or (n[_PROVED] == 0 and not slow)):
-        doubted = 1
-    if not held and ahead <= 0:
+    if n[_PROVED] >= 2 or (held and n[_PROVED] == 0 and not slow) or (not held and ahead <= 0):
         doubted = 1
     if fast == 0:
         if rolls > patience:
@@ -191,12 +191,19 @@ def is_doubted(numbers, fast: int, slow: int, held: int, ahead: int, periods: in
         waits = rolls <= patience
         rolls += periods
         if rolls > patience:
-            if waits:
-                n[_LEAST] = fast
-                rolls = patience + 1
+            n[_LEAST] = fast if waits else n[_LEAST]
+            rolls = patience + 1 if waits else rolls
             doubted = 0
         if rolls > patience + trial:
             n[_LOOSE] = n[_SECOND] >> 1
+    elif n[_PROVED] == 1:
+        if slow or rolls == 0 or fast < n[_LEAST] - (n[_LEAST] >> 3):
+            n[_LEAST] = fast
+            rolls = 0
+        rolls += periods
+        if rolls > patience:
+            n[_LOOSE] = patience
+            n[_PROVED] = rolls = 0
     if n[_LOOSE]:
         if rolls > patience:
             n[_PROVED] = 3

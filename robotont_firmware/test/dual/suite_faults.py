@@ -167,6 +167,28 @@ def test_a_hand_that_rolls_a_reversed_wheel_does_not_start_it():
                 assert abs(wheel.turned - turned) <= 3, (settings.PROFILE, tau, hand, wheel.turned - turned)
 
 
+def test_a_reversed_wheel_that_seems_to_follow_does_not_run_on_behind_a_shove():
+    """Driven to and fro it turns as its effort for a moment. Held by its counts it then runs at a steady speed."""
+    for ways in (((34, 8), (-34, 12)), ((34, 12), (-34, 15)), ((20, 20), (-20, 6))):
+        robot = Robot(settings=Config(MASS=3576, INERTIA=429000, RUBBING=76), tau=300)
+        wheel = robot.board.motors[0]
+        wheel.encoder = REVERSED
+        robot.tick(10, "0:0:0")
+        for units, periods in ways:
+            for period in range(periods):
+                robot.tick(1, f"{units}:{units}:{units}" if period % 5 == 0 else None)
+        robot.tick(25, "0:0:0")
+        for period in range(5):
+            for each in robot.board.motors:
+                each.speed = 80 * MICRO
+            robot.tick(1, "0:0:0" if period == 0 else None)
+        robot.board.sent = b""
+        robot.tick(150, "0:0:0")
+        turned = wheel.turned
+        robot.tick(50, "0:0:0")
+        assert abs(wheel.turned - turned) <= 3, (ways, wheel.turned - turned)
+
+
 def test_zeros_stop_who_rolls_down_a_slope_already():
     """load: 25 units are 5 degrees, 31 are 8. It was let roll, restarted there, or pushed back as zeros came."""
     for settings, motor, most, loads in (

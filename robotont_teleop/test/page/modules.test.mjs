@@ -40,7 +40,9 @@ test("sticks are off wherever they cannot move it", () => {
   }
   assert.deepEqual(lit(1, "no_driver"), ["can_nothing", false]);
   assert.deepEqual(lit(1, "board_unknown"), ["can_drive", true]);
-  assert.deepEqual(lit(1, "", "serial_com_node: link"), ["can_try", true]);
+  assert.deepEqual(lit(1, "board_silent", "serial_com_node: link"), ["can_try", true]);
+  assert.deepEqual(lit(2, "", "serial_com_node: link"), ["can_try", true]);
+  assert.deepEqual(lit(1, "", "serial_com_node: link"), ["can_drive", true]); // it is driven nevertheless
   assert.deepEqual(lit(1, "line_noisy", "serial_com_node: link"), ["can_drive", true]);
   const replaced = [{level: 3, key: "silent", name: "serial_com_node: link"}, {level: 0, key: "", name: "robotont_node: link"}];
   assert.deepEqual(say({}, {status: {lights: replaced}}).slice(1), ["can_drive", true]);

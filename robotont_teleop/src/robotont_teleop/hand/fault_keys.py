@@ -11,6 +11,7 @@ FAULTS = tuple((key, re.compile(task + "$"), re.compile(words)) for key, task, w
     ("port_forbidden", "link", r"[Pp]ermission|may not open|dialout"),
     ("board_silent", "link|wheel feedback", r"(?<!were )no packets?\b|no data from the board"),
     ("board_unknown", "link|board", r"none is a packet|another (board|robot)|does not fit|March 2020|"
+                                   r"lines come, but|tells a protocol|"
                                    r"the board (drives|controls|counts)"),
     ("wrong_rate", "link|stamps", r"pidControlFrequency"),
     ("line_noisy", "link", r"lines (dropped|(are )?lost)|packets lost"),

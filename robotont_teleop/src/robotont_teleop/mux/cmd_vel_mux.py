@@ -181,7 +181,7 @@ class CmdVelMux:
                 return
             self._driver = driver
             self._driven_by.publish(driver)
-        rospy.loginfo("drives through the mux: %s", driver)
+        rospy.loginfo("the mux lets drive: %s", driver)
 
     def _look_for_others(self):
         """Find other publishers of cmd_vel, and a robot that came later, or is another; returns the time to rest."""

@@ -102,6 +102,12 @@ class SerialComNodeTest(NodeTest):
         self.wait_for_status(TASK, ERROR, "is the board plugged in")
         dropped = "commands while the port was closed"  # again and again: one that waited for a processor is too old
         wait_for(lambda: self.write.publish("5:5:5;\n") or self.values(TASK)[dropped] != "0", dropped, period=0.2)
+
+        def all_have_come():  # one that is under way as the port opens would drive, rightly
+            before, told = self.status[TASK], self.values(TASK)[dropped]
+            wait_for(lambda: self.status[TASK] is not before, "a report")
+            return self.values(TASK)[dropped] == told
+        wait_for(all_have_come, "the end of them")
         self.board.plug()
         self.wait_for_status(TASK, OK)
         self.board.unplug()

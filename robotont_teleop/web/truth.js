@@ -30,6 +30,7 @@ function whatAStickDoes(stalled, state, status, page) {
     ({level, key}) => level === 2 && IMMOVABLE.includes(key));
   const doubtful = links.some(({level, key}) => level === 2 || (level === 1 && key.startsWith("board_")));
   const noDriver = status?.lights.some(({key}) => key === "no_driver"); // another one may have the board
+  const barred = status?.lights.some(({key}) => key === "barred"); // who moves may be held behind a STOP: no mover
   const program = state.driven_by === "default" ? "can_take_it" : "can_mix";
   const found = [
     [stalled, "can_wait"],
@@ -39,7 +40,7 @@ function whatAStickDoes(stalled, state, status, page) {
     [noDriver, "can_nothing"],
     [immovable, "can_no_board"],
     [state.held.includes(page), "can_let_go"],
-    [true, {page: "can_stop", hand: "can_hand_first", navigation: "can_take_it", program}[state.mover[0]] ??
+    [true, {page: "can_stop", hand: barred ? null : "can_hand_first", navigation: "can_take_it", program}[state.mover[0]] ??
       (doubtful ? "can_try" : "can_drive")],
   ];
   return found.find(([is]) => is)[1];

@@ -1,6 +1,5 @@
 """Beside move_base: whether the map fits, room where the robot stands, staying at a goal, not pushing, giving way."""
 
-import array
 import copy
 
 import numpy as np
@@ -34,7 +33,6 @@ class NavigationMonitor:
         RepeatingThread(self._look)
 
     def _on_map(self, message):
-        message.data = array.array("b", message.data)  # the tuple would take eight times as much, for ever
         shifted = OccupancyGrid(message.header, copy.deepcopy(message.info), message.data)
         place, half = shifted.info.origin.position, shifted.info.resolution / 2
         place.x, place.y = place.x + half, place.y + half  # amcl takes the middle of a cell for its corner
@@ -57,8 +55,8 @@ def wide_enough(message):
     info = copy.deepcopy(message.info)
     if info.height <= info.width:
         return message
-    cells = np.reshape(message.data, (info.height, info.width)).astype(np.int8)
+    cells = np.reshape(message.data, (info.height, info.width))
     # unknown ones, behind the last column: no cell moves
     cells = np.pad(cells, ((0, 0), (0, info.height)), constant_values=-1)
     info.width += info.height
-    return OccupancyGrid(message.header, info, array.array("b", cells.tobytes()))
+    return OccupancyGrid(message.header, info, cells.ravel().tolist())

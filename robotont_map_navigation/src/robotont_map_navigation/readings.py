@@ -36,7 +36,7 @@ def needed_radius():
 
 def floor_map_of(message):
     """FloorMap of a nav_msgs/OccupancyGrid."""
-    cells = np.asarray(message.data, np.int8).reshape(message.info.height, message.info.width)
+    cells = np.array(message.data, np.int8).reshape(message.info.height, message.info.width)
     return FloorMap(cells, message.info.resolution, pose_of(message.info.origin), message.header.frame_id)
 
 

@@ -70,7 +70,7 @@ class Relocalize:
             return Outcome(Status.NOT_THERE, f"found {Goal(*first.pose)}, but nobody takes it there: is amcl alive?")
         if not wait_for(lambda: not self._trouble.message.data, WAIT):
             return Outcome(Status.LOST, f"found {Goal(*first.pose)}, but {self._trouble.message.data}: {ASK}")
-        elsewhere = rival.share if rival else 0.0
+        elsewhere = max(0.0, rival.share if rival else 0.0)
         room = "; amcl had it there: the room has changed, or it is elsewhere" * bool(stays and elsewhere > first.share)
         return Outcome(Status.DONE, f"found at {Goal(*first.pose)}: the map fits what is seen by {first.share:.0%}, "
                        f"at other places by {elsewhere:.0%} at most{room}")

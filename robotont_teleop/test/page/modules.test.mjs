@@ -26,6 +26,8 @@ test("who moves the robot, whoever has the seat", () => {
   assert.deepEqual(say({driven_by: "default", mover: ["program", "a"]}), ["who_program a", "can_take_it", true]);
   assert.deepEqual(say({driver: 1, mover: ["navigation", "x"]}), ["who_navigation", "can_take_it", true]);
   assert.deepEqual(say({driver: 1, mover: ["hand", "keyboard_teleop_7"]}), ["who_keys", "can_hand_first", false]);
+  assert.deepEqual(say({driver: 1, mover: ["hand", "joy_teleop"]}, {status: {lights: [
+    {level: 1, key: "barred", name: "cmd_vel_mux: who drives"}]}}), ["who_gamepad", "can_drive", true]);
 });
 
 test("sticks are off wherever they cannot move it", () => {
